@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.maths import Floats
-from camgeom.maths.surface import cross
 
 Complexes = npt.NDArray[np.complex128]
 
@@ -59,10 +58,12 @@ def swing_jet(vector: Floats, axis: Floats, circle: Complexes) -> Floats:
     vector, axis = np.asarray(vector, dtype=float), np.asarray(axis, dtype=float)
     along = float(vector @ axis) * axis
     across = vector - along
-    third = cross(axis[:, None], across[:, None])[:, 0]
-    jet = circle.real[:, None, :] * across[None, :, None] + circle.imag[:, None, :] * third[None, :, None]
+    (a, b, c), (x, y, z) = axis.tolist(), across.tolist()
+    third = np.array([b * z - c * y, c * x - a * z, a * y - b * x])
+    jet: Floats = circle.real[:, None, :] * across[:, None]
+    jet += circle.imag[:, None, :] * third[:, None]
     jet[0] += along[:, None]
-    return np.asarray(jet)
+    return jet
 
 
 def seen_from_turning(jet: Floats, turn: Complexes, sense: float) -> Floats:

@@ -16,11 +16,9 @@ from camgeom.track.flank import Flank
 from camgeom.track.section import Column
 
 PER_TURN = 1440
-HALVINGS = 40
-"""halvings of a step of the cam angle, or along the roller: down to rounding"""
-AT_ONCE = 3
+ROUNDS = 100
 MET = 1e-13
-"""share of a step of stations: rounding"""
+"""share of a step of samples: the last step of a secant, which leaves as much of itself"""
 PLACES = 28
 """places along the roller between which the ends of the wall are sought: what is shorter and meets none of them, as a
 roller comes or goes, counts for nothing"""
@@ -59,38 +57,37 @@ def touching(track: Track, side: float, phi: Floats, within: Within, pose: Pose 
 
 
 def _crossed(f: Callable[[Floats], Floats], first: Floats, last: Floats) -> Floats:
-    """Shares (k,) of the way from 0 to 1 at which a function falls through zero; first >= 0 and last < 0 at the ends.
+    """Shares (k,) of the way from 0 to 1 at which a function falls through zero; first >= 0 and last <= 0 at the ends.
 
-    Secants within their brackets, which are halved where these leave them or hardly shrink them.
+    Secants, and halves of the bracket where these leave it or hardly lessen what is left.
     """
     low, high = np.zeros(len(first)), np.ones(len(first))
     p, fp, q, fq = high, last, low, first
-    width = np.ones(len(first))
-    for number in range(HALVINGS):
+    met = stuck = np.zeros(len(first), dtype=bool)
+    for _ in range(ROUNDS):
         change = fq - fp
         x = q - fq * (q - p) / np.where(change != 0.0, change, 1.0)
-        halved = ~((x > low) & (x < high)) | (number % 3 == 2) & (high - low > 0.5 * width)
-        x = np.where(halved, 0.5 * (low + high), x)
+        # What the step after this one would be is as the product of the last two.
+        met = met | ~stuck & (change != 0.0) & (np.abs(x - q) < MET) | (high - low < MET)
+        lost = ~met & (stuck | (change == 0.0) | (x <= low) | (x >= high))
+        x = np.where(lost, 0.5 * (low + high), np.clip(x, low, high))
+        if met.all():
+            return x
         fx = f(x)
         held = fx >= 0.0
         low, high = np.where(held, x, low), np.where(held, high, x)
-        if number % 3 == 2:
-            width = high - low
-        # What a secant leaves is as the product of the last two steps.
-        short = np.abs(x - q) * np.abs(q - p) < MET
+        stuck = np.abs(fx) > 0.5 * np.abs(fq)
         p, fp, q, fq = q, fq, x, fx
-        if bool((short | (high - low < MET) | (fx == 0.0)).all()):
-            break
     return q
 
 
 def wall_ends(track: Track, side: float, stations: Floats, within: Within) -> list[Floats]:
     """Cam angles (k,) at which the contact at each meridian station (m,) comes upon the cam or leaves it, rad."""
 
-    def there(t: Floats, phi: Floats) -> Mask:
-        return np.asarray(within(Flank(track, phi, t, side).x)[:, 0] >= 0.0)
+    def deep(t: Floats, phi: Floats) -> Floats:
+        return np.asarray(within(Flank(track, phi, t, side).x)[:, 0])
 
-    return [_changes(track, partial(there, t[None]))[1] for t in stations]
+    return [_sampled(track, partial(deep, t[None]))[1] for t in stations]
 
 
 def missing(track: Track, side: float, within: Within) -> tuple[tuple[float, float], ...]:
@@ -101,12 +98,12 @@ def missing(track: Track, side: float, within: Within) -> tuple[tuple[float, flo
     ends = np.array([track.meridian.parameter(d) for d in track.contact])
     stations = np.linspace(ends.min(), ends.max(), 9)
 
-    def lost(phi: Floats) -> Mask:
-        return np.asarray((within(Flank(track, phi, stations, side).x) < 0.0).any(axis=1))
+    def least(phi: Floats) -> Floats:
+        return np.asarray(within(Flank(track, phi, stations, side).x).min(axis=1))
 
-    first, changes = _changes(track, lost)
-    edges = [track.span[0], *changes.tolist(), track.span[1]]
-    stretches = [(a, b) for k, (a, b) in enumerate(zip(edges, edges[1:])) if (k % 2 == 0) == first and b > a]
+    lost, found = _sampled(track, least)
+    edges = [track.span[0], *found.tolist(), track.span[1]]
+    stretches = [(a, b) for k, (a, b) in enumerate(zip(edges, edges[1:])) if (k % 2 == 0) == lost and b > a]
     if track.closed and len(stretches) > 1 and stretches[0][0] == track.span[0] and stretches[-1][1] == track.span[1]:
         stretches = [*stretches[1:-1], (stretches[-1][0], stretches[0][1] + TURN)]
     return tuple(stretches)
@@ -120,32 +117,30 @@ def walled(track: Track, within: Within) -> Track | None:
     low, high = sorted(track.meridian.parameter(d) for d in track.contact)
     stations = np.linspace(low, high, PLACES)
 
-    def some(phi: Floats) -> Mask:
+    def most(phi: Floats) -> Floats:
         column = Column(track, phi)
-        most = [within(column.wall(side, stations)).max(axis=1) for side in track.sides]
-        return np.asarray(np.max(most, axis=0) >= 0.0)
+        return np.asarray(np.max([within(column.wall(side, stations)).max(axis=1) for side in track.sides], axis=0))
 
-    first, changes = _changes(track, some)
-    edges = [track.span[0], *changes.tolist(), track.span[1]]
-    held = [(a, b) for k, (a, b) in enumerate(zip(edges, edges[1:])) if (k % 2 == 0) == first]
+    none, found = _sampled(track, most)
+    edges = [track.span[0], *found.tolist(), track.span[1]]
+    held = [(a, b) for k, (a, b) in enumerate(zip(edges, edges[1:])) if (k % 2 == 0) != none]
     if not held:
         return None
     return track if track.closed else replace(track, span=(held[0][0], held[-1][1]))
 
 
-def _changes(track: Track, state: Callable[[Floats], Mask]) -> tuple[bool, Floats]:
-    """The state at the beginning of the span, and the cam angles (k,) at which it changes, rad."""
+def _sampled(track: Track, f: Callable[[Floats], Floats]) -> tuple[bool, Floats]:
+    """Whether a function of the cam angle is negative at the beginning of the span, and where (k,) its sign changes."""
     phi, _ = piece_grid(track.knots(), PER_TURN)
-    values = state(phi)
-    at = np.flatnonzero(values[1:] != values[:-1])
-    low, high, before = phi[at], phi[at + 1], values[at]
-    if len(at):
-        parts = 1 << AT_ONCE
-        rows, shares = np.arange(len(at)), np.arange(parts + 1) / parts
-        for _ in range(-(-HALVINGS // AT_ONCE)):
-            places = low[:, None] + shares * (high - low)[:, None]
-            places[:, -1] = high
-            same = state(places[:, 1:-1].ravel()).reshape(len(at), -1) == before[:, None]
-            last = np.where(same.all(axis=1), parts - 1, same.argmin(axis=1))
-            low, high = places[rows, last], places[rows, last + 1]
-    return bool(values[0]), np.asarray(high)
+    values = f(phi)
+    return bool(values[0] < 0.0), changes(f, phi, values)
+
+
+def changes(f: Callable[[Floats], Floats], phi: Floats, values: Floats) -> Floats:
+    """Cam angles (k,), rad, at which a function changes its sign whose values at cam angles (n,) are known."""
+    there = values >= 0.0
+    at = np.flatnonzero(there[1:] != there[:-1])
+    start, step, sign = phi[at], phi[at + 1] - phi[at], np.where(there[at], 1.0, -1.0)
+    if not len(at):
+        return start
+    return start + _crossed(lambda x: sign * f(start + x * step), sign * values[at], sign * values[at + 1]) * step

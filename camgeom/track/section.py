@@ -121,19 +121,16 @@ class Column:
 
     def _cylinder_wall(self, radius: float, t: Floats) -> Floats:
         """Flank points (3, n, m) of a cylinder: the axis point and `radius` along u x v, which is linear in delta."""
-        a, u = self.pose.a, self.pose.u
-        crossed = self._crossed()
-        n = [crossed[k][:, None] + t * crossed[k + 3][:, None] for k in range(3)]
-        length = np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+        level, turning = self._crossed().reshape(2, 3, -1, 1)
+        x: Floats = t * turning
+        x += level
+        length = np.sqrt(np.einsum("kij,kij->ij", x, x))
         if not float(length.min()) > 1e-9:
             # Near zero the flank itself judges, and refuses by name.
             return Flank(self.track, self.phi, t, float(np.sign(radius)), given_pose=self.pose).x
-        share = radius / length
-        x = np.empty((3, *length.shape))
-        for k in range(3):
-            np.multiply(share, n[k], out=x[k])
-            x[k] += t * u[0][k][:, None]
-            x[k] += a[0][k][:, None]
+        x *= radius / length
+        x += t * self.pose.u[0][:, :, None]
+        x += self.pose.a[0][:, :, None]
         return x
 
     def _cone_wall(self, side: float, t: Floats) -> Floats:

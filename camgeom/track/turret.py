@@ -10,7 +10,7 @@ Direction 0 holds the walls that can push the turret towards larger angles, dire
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 from math import ceil, floor, pi
@@ -27,18 +27,13 @@ from camgeom.motion.program import Program
 from camgeom.track import TURN, Arc, Track
 from camgeom.track.clearance import roller_distance
 from camgeom.track.flank import Flank
-from camgeom.track.runout import PLACES, Within, touching
+from camgeom.track.runout import PLACES, Within, changes, touching
 from camgeom.track.section import Column
 
 Bools = npt.NDArray[np.bool_]
-"""Points (3, ...) in the cam frame -> whether they lie within the blank."""
 SLICES = 7
 GRADED = 31
 """slices that grow with the square of their distance from a roller's middle: five lie in a fortieth of its length"""
-FINE = 20
-"""halvings of the distance of two places along a roller between which its wall ends: down to micrometres"""
-FANS = 6
-"""rounds in which a cam angle is sought among FAN: a degree becomes 1e-9 rad"""
 HANDS = 6
 """rounds in which a hand-over is looked at between FAN cam angles"""
 NEARBY = 0.04
@@ -117,25 +112,14 @@ def comings(tracks: tuple[Track, ...], within: Within, samples: int = 181) -> tu
         ):
             for side in track.sides:
 
-                def there(at: Floats, track: Track = track, t: Floats = t, side: float = side) -> Bools:
-                    return np.asarray(within(Column(track.eased(side), at).wall(side, t)).max(axis=1) >= 0.0)
+                def deep(at: Floats, track: Track = track, t: Floats = t, side: float = side) -> Floats:
+                    return np.asarray(within(Column(track.eased(side), at).wall(side, t)).max(axis=1))
 
-                values = there(phi)
+                values = deep(phi)
                 # A wall may end with the span.
-                found += [np.array([end - TURN * turn]) for end in ends if values[np.searchsorted(phi, end)]]
-                found.append(_changes(there, phi, values) - TURN * turn)
+                found += [np.array([end - TURN * turn]) for end in ends if values[np.searchsorted(phi, end)] >= 0.0]
+                found.append(changes(deep, phi, values) - TURN * turn)
     return np.sort(np.concatenate(whole)), np.sort(np.concatenate(middle))
-
-
-def _changes(state: Callable[[Floats], Bools], phi: Floats, values: Bools) -> Floats:
-    """Cam angles, rad, at which a state changes whose values at cam angles (n,) are known."""
-    at = np.flatnonzero(values[1:] != values[:-1])
-    low, high, before = phi[at], phi[at + 1], values[at, None]
-    for _ in range(FANS if len(at) else 0):
-        grid = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, FAN)
-        first = np.argmax(state(grid.ravel()).reshape(grid.shape) != before, axis=1)
-        low, high = (np.take_along_axis(grid, k[:, None], axis=1)[:, 0] for k in (first - 1, first))
-    return np.asarray(high)
 
 
 def _edges(track: Track, graded: bool) -> Floats:

@@ -140,7 +140,7 @@ def test_a_force_where_no_wall_is_has_no_bearable_pressure() -> None:
     duty = made.duty
     from dataclasses import replace
 
-    bare = replace(duty, beside=lambda x: np.zeros(x.shape[1:], dtype=bool))
+    bare = replace(duty, beside=lambda x: np.full(x.shape[1:], -1.0))
     assert bare.peak_pressure.value == np.inf
     assert bare.lives["roller"] == 0.0
     assert bare.deepest_shear is None
