@@ -244,8 +244,10 @@ BLOCK = 512
 def _distance(track: Track, x: Floats, a: Floats, u: Floats) -> Floats:
     """Signed distance (…) of points x from the roller whose axis has the point a and the direction u (3, ...), mm."""
     d = x - a
-    axial = d[0] * u[0] + d[1] * u[1] + d[2] * u[2]
-    across = np.sqrt(np.maximum(d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - axial * axial, 0.0))
+    axial = np.einsum("k...,k...->...", d, u)
+    across = np.einsum("k...,k...->...", d, d)
+    across -= axial * axial
+    np.sqrt(np.maximum(across, 0.0, out=across), out=across)
     return body_distance(track.meridian, track.tip, track.contact, axial, across)
 
 
