@@ -84,15 +84,15 @@ def merged(first: dict[str, Any], table: dict[str, Any], own: tuple[str, ...]) -
 
 def tracks_of(profile: Profile, tables: Any, read: Any) -> tuple[OwnTrack, ...]:
     """The typed tracks; `read` makes a profile of plain data. Raises ProfileError with the problems of all of them."""
-    hint = "write [[track]] in double brackets"
     if not isinstance(tables, tuple) or not all(isinstance(table, dict) for table in tables):
-        raise ProfileError([Problem("track", "needs an array of tables [[track]]", plain(tables), "", hint)])
+        arrays, hint = "needs an array of tables [[track]]", "write [[track]] in double brackets"
+        raise ProfileError([Problem("track", arrays, plain(tables), "", hint)], profile.source)
     allowed = profile.cam.TRACKS
     if not allowed:
         room = "grooved drums and discs have room for several tracks"
-        raise ProfileError([Problem("track", "means nothing here", None, "", room)])
+        raise ProfileError([Problem("track", "means nothing here", None, "", room)], profile.source)
     if len(tables) > MOST_TRACKS:
-        raise ProfileError([Problem("track", "too many tracks", len(tables), f"at most {MOST_TRACKS}")])
+        raise ProfileError([Problem("track", "too many tracks", len(tables), f"at most {MOST_TRACKS}")], profile.source)
     found, problems = list[OwnTrack](), list[Problem]()
     for index, table in enumerate(tables):
         at = f"track[{index}]"

@@ -241,3 +241,17 @@ def test_which_way_a_tool_mills_is_refused_where_it_goes_but_one(name: str, cutt
             parse(asked)
     else:
         parse(asked)
+
+
+@pytest.mark.parametrize(
+    ("kind", "tables", "told"),
+    [
+        ("constant_width_press", "\n[[track]]\n", "track: means nothing here"),
+        ("pin_insertion", "\n[track]\n", r"track: needs an array of tables \[\[track\]\]"),
+        ("pin_insertion", "\n[[track]]\n" * 40, "track: too many tracks"),
+    ],
+)
+def test_a_refusal_of_tracks_names_its_file(kind: str, tables: str, told: str) -> None:
+    text = (PROFILES / f"{kind}.toml").read_text() + tables
+    with pytest.raises(ProfileError, match=f"^my.toml: {told}"):
+        parse(text, "my.toml")
