@@ -152,7 +152,7 @@ class FaceBending:
         """Membrane and bending of the axial stress above the web, on the side that is pulled more."""
         del patch
         nodes = ring.elements.reshape(len(ring.planes), -1, 20)
-        at = np.array([[1.0, s, -1.0] for s in (-1.0, 0.0, 1.0)])
+        at = np.array([[1.0, s] for s in (-1.0, 0.0, 1.0)])
         found = [_sampled(ring, moved, nodes[:, cell], at, material) for cell in self.section.foot_cells]
         membrane, bending = linearised(np.array([np.hypot(x[..., 0], x[..., 1]) for _, x in found]),
                                        np.array([stress[..., 2] for stress, _ in found]))  # fmt: skip
@@ -200,7 +200,7 @@ class RibBending:
         across: list[Floats] = []
         places: list[Floats] = []
         for cell, s, foot in self.section.foot_cells:
-            at = np.array([[one, -foot * up, 0.0] for one in s])
+            at = np.array([[one, -foot * up] for one in s])
             stress, x = _sampled(ring, moved, nodes[:, cell], at, material)
             out = x * np.array([1.0, 1.0, 0.0]) / np.hypot(x[..., 0], x[..., 1])[..., None]
             across.append(np.einsum("npi,npij,npj->np", out, tensors(stress), out))
@@ -235,6 +235,12 @@ FACE = (0, 3, 4, 7, 11, 15, 16, 19)
 
 
 def _sampled(ring: RingMesh, moved: Floats, nodes: Index, points: Floats, material: Floats) -> tuple[Floats, Floats]:
-    """Stresses (n, p, 6) of elements with nodes (n, 20) at natural coordinates (p, 3), and the points (n, p, 3)."""
+    """Stresses (2 n, p, 6) of elements with nodes (n, 20) at natural coordinates (p, 2) in both planes of their Gauss
+    points round the ring, and the points (2 n, p, 3).
+
+    In the planes between them elements tell it apart, by up to half.
+    """
     x = ring.nodes[nodes]
-    return stresses(x, moved[nodes], points, material), np.einsum("pa,nak->npk", shapes(points)[0], x)
+    at = [np.column_stack([points, np.full(len(points), way)]) for way in (-GAUSS, GAUSS)]
+    stress = np.concatenate([stresses(x, moved[nodes], one, material) for one in at])
+    return stress, np.concatenate([np.einsum("pa,nak->npk", shapes(one)[0], x) for one in at])

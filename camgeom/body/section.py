@@ -36,9 +36,9 @@ ROUNDED = 0.06
 """share of a groove's depth by which a sharp root is rounded: no mesh has nodes of a sharp edge's stress"""
 SHARE_OF_WALL = 0.4
 """of a wall's thickness that the layer takes at most"""
-CROSSED = {(way, edge): np.array([[way * s, edge, -1.0] for s in (-1.0, 0.0, 1.0)])
+CROSSED = {(way, edge): np.array([[way * s, edge] for s in (-1.0, 0.0, 1.0)])
            for way in (1.0, -1.0) for edge in (1.0, -1.0)}  # fmt: skip
-"""natural points (3, 3) along an edge of a quadrilateral, by the way of the first coordinate and the second's value"""
+"""natural points (3, 2) along an edge of a quadrilateral, by the way of the first coordinate and the second's value"""
 DENSE = 33
 """points of a root at which its length and turning are measured"""
 
@@ -121,7 +121,7 @@ class GroovedSection:
 
     def wall_path(self, upper: bool, layer: int = 0, wall: int | None = None) -> list[tuple[int, Floats]]:
         """Quadrilaterals from the foot of a flank through layer and wall to its end, above the foot, and three natural
-        points (3, 3) of each on the way.
+        points (3, 2) of each on the way.
 
         layer, wall  numbers of the first quadrilateral of the layer and of that wall; None: as in `blocks`
         """

@@ -216,7 +216,7 @@ class Bending(Protocol):
         """What makes its stress smaller."""
 
     def nominal(self, ring: RingMesh, moved: Floats, patch: Patch, material: Floats) -> Floats:
-        """Nominal stress (n,), MPa, of the pressed wall in every plane of a ring with displacements (v, 3)."""
+        """Nominal stress (2 n,), MPa, of the pressed wall between the planes of a ring with displacements (v, 3)."""
 
     def peaks(self, patch: Patch, material: Material) -> tuple[Peak, ...]:
         """The peak on the coarser and the finer mesh; none of a sharp root, whose stress has no end."""
