@@ -9,17 +9,20 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import numpy.typing as npt
 
 from camgeom.dynamics.linear.method import Side, System
 from camgeom.dynamics.linear.solve import AT_ONCE, INSIDE, Solution, advance
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
 
 Output = Callable[[Floats, Floats, Floats, Side], Floats]
 """Value (b, n) from cam angles theta (1 or b, n), q (b, n, m), q' (b, n, m) and the side at a knot."""
 
 CANDIDATES = 3
+LOOKED_AT = 64
+"""intervals with the largest and with the smallest promise"""
 TRUST = 0.01
 """share of the range by which interpolated samples may exceed the true extreme"""
 SWEEP = np.linspace(0.0, 1.0, 9)
@@ -53,13 +56,24 @@ def peak(solution: Solution, output: Output) -> Peak:
     """Extremes of an output over a solution, between its nodes too.
 
     Where interpolation promises more than true steps find (a force through a spring much stiffer than the step
-    resolves), every interval is sampled with true steps instead.
+    resolves), true steps are taken in what promises most too, until no other interval could hold more if it were as
+    wrong as the worst of those.
     """
     samples = sampled(solution, output)
     found = _best(solution, output, samples)
-    promised = np.maximum(samples.max((1, 2)) - found.maximum, found.minimum - samples.min((1, 2)))
-    if np.any(promised > TRUST * (found.maximum - found.minimum)):
-        found = _best(solution, output, truly_sampled(solution, output))
+    for sign in (1.0, -1.0):
+        left, wrong, count = np.arange(samples.shape[1]), np.zeros(len(samples)), LOOKED_AT
+        while len(left):
+            rest = sign * samples[:, left]
+            short = rest.max((1, 2)) + wrong - sign * (found.maximum if sign > 0.0 else found.minimum)
+            if np.all(short <= TRUST * (found.maximum - found.minimum)):
+                break
+            some = distinct(np.argsort(_tops(rest), axis=1)[:, -count:].ravel())
+            true = _true_inside(solution, output, left[some])
+            wrong = np.maximum(wrong, np.abs(sign * true - rest[:, some, : len(INSIDE)]).max((1, 2)))
+            samples[:, left[some], : len(INSIDE)] = true
+            left, count = np.delete(left, some), 4 * count
+            found = _best(solution, output, samples)
     return found
 
 
@@ -142,15 +156,12 @@ def _inside(system: System, output: Output, begin: Floats, width: Floats, state:
     return output(start + length, y[..., : system.size], y[..., system.size :], "right").reshape(share.shape)
 
 
-def truly_sampled(solution: Solution, output: Output) -> Floats:
-    """The output (b, steps, k) inside and at the ends of every step, by true steps from its first node."""
-    theta = solution.theta
-    begin = np.broadcast_to(theta[:-1], (solution.system.batch, len(theta) - 1))
-    width = np.broadcast_to(np.diff(theta), begin.shape)
-    state = np.concatenate([solution.position, solution.rate], -1)[:, :-1]
-    share = np.broadcast_to(INSIDE, (*begin.shape, len(INSIDE)))
-    values = _inside(solution.system, output, begin, width, state, share)
-    return np.concatenate([values, _ends(solution, output, 0, len(theta) - 1)], -1)
+def _true_inside(solution: Solution, output: Output, steps: npt.NDArray[np.intp]) -> Floats:
+    """The output (b, j, k) inside some steps (j,), by true steps from their first nodes."""
+    shape = (solution.system.batch, len(steps))
+    begin, width = (np.broadcast_to(each[steps], shape) for each in (solution.theta[:-1], np.diff(solution.theta)))
+    state = np.concatenate([solution.position[:, steps], solution.rate[:, steps]], -1)
+    return _inside(solution.system, output, begin, width, state, np.broadcast_to(INSIDE, (*shape, len(INSIDE))))
 
 
 def _ends(solution: Solution, output: Output, low: int, high: int) -> Floats:
