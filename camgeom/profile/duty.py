@@ -152,6 +152,14 @@ def duty_problems(profile: Profile) -> Iterator[Problem]:
     if profile.operation.force and all(state.force is not None for state in duty):
         hint = "every state of [[duty]] has forces of its own"
         yield Problem("operation.force", "means nothing here", None, "", hint)
+    stated = [("operation.speed", profile.operation.speed, [state.speed for state in duty])]
+    if profile.oil is not None:
+        stated.append(("lubricant.temperature", profile.oil.temperature, [state.temperature for state in duty]))
+    for key, found, each in stated:
+        if None not in each and found not in each:
+            word = key.partition(".")[2]
+            hint = f"every state of [[duty]] has a {word} of its own: leave out that of the state that runs at this one"
+            yield Problem(key, "is that of no state", found, "", hint)
     for number, state in enumerate(duty):
         if state.temperature is not None and profile.lubricant is None:
             yield Problem(f"duty[{number}].temperature", "means nothing here", state.temperature, "",

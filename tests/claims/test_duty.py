@@ -175,6 +175,18 @@ def test_what_every_state_states_anew_is_asked_of_nothing_else():
     assert len(camgeom.study(pin(one + two), {"operation.speed": [300.0, 600.0]}, only=["motion"])["verdict"]) == 2
 
 
+@pytest.mark.parametrize("key", ["speed", "temperature"])
+def test_what_no_state_runs_at_is_refused(key: str):
+    """A speed of [operation] beside states that all have their own: any number passed and changed nothing."""
+    oil = "[lubricant]\nviscosity_40 = 100\nviscosity_100 = 11\ntemperature = 60\n"
+    said = {"speed": ("operation.speed", 600), "temperature": ("lubricant.temperature", 60)}[key]
+    one, other = (f"[[duty]]\nshare = 0.5\n{key} = {value}\n" for value in (said[1] - 10, said[1] + 10))
+    same = f"[[duty]]\nshare = 0.5\n{key} = {said[1]}\n"
+    assert f"{said[0]}: is that of no state (found {said[1]:g}" in refused(oil + one + other)
+    for second in (same, "[[duty]]\nshare = 0.5\n"):
+        pin(oil + one + second)
+
+
 def test_a_state_without_life_ends_all():
     assert summed_life([(0.5, 100.0), (0.5, 0.0)]) == 0.0
     assert summed_life([(0.5, float("inf")), (0.5, 100.0)]) == pytest.approx(200.0)
