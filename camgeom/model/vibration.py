@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from camgeom.mechanics.duty import Duty
     from camgeom.mechanics.load import Load
     from camgeom.mechanics.turret_duty import TurretDuty
+    from camgeom.model.body import Body
     from camgeom.profile import Profile
     from camgeom.solid.mechanism import Mechanism
 
@@ -124,7 +125,7 @@ class Indexer(Protocol):
     @property
     def mass(self) -> tuple[Any, ...]: ...
     @property
-    def tolerance(self) -> float: ...
+    def body(self) -> Body: ...
     @property
     def below(self) -> Below | None: ...
 
@@ -206,21 +207,10 @@ def _inertias(model: Indexer, own: float, spec: DynamicsSpec, sources: dict[str,
 
 def _turret_inertia(model: Indexer) -> float:
     """Inertia, kg m2, of the turret's disc and rollers about the turret axis, of the roller's material."""
-    from camgeom.maths.mesh import mass_properties
-    from camgeom.track import Swing
-
-    turret = model.mechanism.turret
-    if turret is None:
+    moment = model.body.turret_moment
+    if moment is None:
         raise DesignError("dynamics.turret_inertia is missing, and the turret has no body to weigh: give it, kg m2")
-    joint = model.mechanism.tracks[0].joint
-    assert isinstance(joint, Swing)
-    axis, total = np.array(joint.axis), 0.0
-    for mesh, alike in turret.body.shares(model.tolerance):
-        _, mass, centre, inertia = mass_properties(mesh, model.profile.material.roller.density)
-        away = np.array(centre) - np.array(joint.centre)
-        across = away - away @ axis * axis
-        total += alike * float(axis @ np.array(inertia) @ axis + mass * MILLI**2 * (across @ across))
-    return total
+    return model.profile.material.roller.density * moment
 
 
 def elastic_follower_of(

@@ -44,10 +44,15 @@ class TurretBody:
     def shares(self, tolerance: float) -> list[tuple[Mesh, int]]:
         """Meshes that together fill the turret, and how many of each, alike about its axis, there are.
 
-        Of a roller only what no disc and no roller behind it fills, so that one of them stands for all.
+        Of a roller only what no disc and no roller beside it fills, so that one of them stands for all.
         """
         disc, *rollers = self.bodies(tolerance, 2)
         return [(disc, 1), (subtract(rollers[0], [disc, *rollers[1:]]), self.rollers)]
+
+    @property
+    def size(self) -> float:
+        """How far it reaches about, mm."""
+        return self.radius
 
     def bodies(self, tolerance: float, most: int | None = None) -> list[Mesh]:
         """The disc and the rollers with their studs, or the first ones of these, in the cam frame."""
@@ -58,7 +63,7 @@ class TurretBody:
         place, axis = _turned(np.array(joint.centre), turn), _turned(np.array(joint.axis), turn)
         bodies = [_moved(disc, place, axis)]
         roller = self._roller().mesh(tolerance)
-        for k in range(min(self.rollers, most or self.rollers)):
+        for k in range(self.rollers if most is None else min(self.rollers, most)):
             one = replace(self.track, shift=self.track.shift + k * TURN / self.rollers)
             pose = one.pose(np.array([self.cam_angle]), 0)
             bodies.append(_moved(roller, pose.a[0][:, 0], pose.u[0][:, 0]))
@@ -94,14 +99,29 @@ class StackedTurret:
 
     def solid(self, tolerance: float) -> Solid:
         """Everything united. Raises GeometryEngineError where the engine refuses."""
-        first = self.rings[0]
-        shaft = replace(first, rollers=0, radius=self.shaft, low=self.low, high=self.high)
-        bodies = [body for ring in (shaft, *self.rings) for body in ring.bodies(tolerance)]
-        return Solid(first.name, unite(bodies), tolerance, "boolean", 0)
+        bodies = [body for ring in (self._shaft, *self.rings) for body in ring.bodies(tolerance)]
+        return Solid(self.rings[0].name, unite(bodies), tolerance, "boolean", 0)
 
     def shares(self, tolerance: float) -> list[tuple[Mesh, int]]:
-        """Meshes that together fill the turret, and how many of each there are."""
-        return [(self.solid(tolerance).mesh, 1)]
+        """Meshes that together fill the turret, and how many of each, alike about its axis, there are."""
+        shaft, discs, found = self._shaft.bodies(tolerance)[0], list[Mesh](), list[tuple[Mesh, int]]()
+        for ring in {(ring.radius, ring.low, ring.high): ring for ring in self.rings}.values():
+            (disc,) = ring.bodies(tolerance, 0)
+            found.append((subtract(disc, [shaft, *discs]), 1))
+            discs.append(disc)
+        for ring in self.rings:
+            roller, *beside = ring.bodies(tolerance, 2)[1:]
+            found.append((subtract(roller, [shaft, *discs, *beside]), ring.rollers))
+        return [(shaft, 1), *found]
+
+    @property
+    def size(self) -> float:
+        """How far it reaches about, mm."""
+        return max(ring.size for ring in self.rings)
+
+    @property
+    def _shaft(self) -> TurretBody:
+        return replace(self.rings[0], rollers=0, radius=self.shaft, low=self.low, high=self.high)
 
 
 def _turned(vector: Floats, turn: complex) -> Floats:
