@@ -44,6 +44,8 @@ STALLED = 1e-6
 """step below which a fit that gains nothing has settled too"""
 WEAK = 1e-6
 """mm of deviation per mm of motion, rms, below which the points say nothing about a motion"""
+FLICKERS = 10
+"""rounds after which a point that comes to lie beyond an edge stays out, lest it come and go with every step"""
 HOPELESS = 3
 """rounds after which a starting angle that is still far off is given up"""
 SUSPECT = 0.01
@@ -225,7 +227,10 @@ class _Placement:
 
     @property
     def rms(self) -> float:
-        return float(np.sqrt(np.mean(self.deviation[self.kept] ** 2))) if np.any(self.kept) else float("inf")
+        return self.rms_of(self.kept)
+
+    def rms_of(self, points: npt.NDArray[np.bool_]) -> float:
+        return float(np.sqrt(np.mean(self.deviation[points] ** 2))) if np.any(points) else float("inf")
 
     @property
     def beyond(self) -> float:
@@ -284,7 +289,8 @@ class _Registration:
         return _Placement(turn, shift, feet, feet.distance - self.radius, feet.beside < EDGE)
 
     def descended(self, state: _Placement, rough: bool = False) -> _Placement:
-        """Gauss-Newton steps to the least squares, shortened where they do not descend."""
+        """Gauss-Newton steps to the least squares, shortened where they do not descend, of the points that count before
+        and after: one that comes to lie beyond an edge says nothing of the step."""
         size = float(np.abs(self.x).max())
         for count in range(1, (ROUGH_ROUNDS if rough else ROUNDS) + 1):
             if not np.any(state.kept):
@@ -294,7 +300,11 @@ class _Registration:
             share, better = 1.0, None
             while share > 1e-4:
                 better = self._moved(state, share * step, size)
-                if better.rms <= state.rms * (1.0 + 1e-12) or length < 1e-9:
+                if count > FLICKERS:
+                    better = replace(better, kept=better.kept & state.kept)
+                both = state.kept & better.kept
+                descends = np.any(both) and better.rms_of(both) <= state.rms_of(both) * (1.0 + 1e-12)
+                if descends or length < 1e-9:
                     break
                 share *= 0.35
             assert better is not None
@@ -302,7 +312,7 @@ class _Registration:
                 if length < 1e-6:
                     return replace(state, rounds=count, weak=weak)
                 break
-            gained = 1.0 - better.rms / max(state.rms, 1e-300)
+            gained = 1.0 - better.rms_of(both) / max(state.rms_of(both), 1e-300)
             state = replace(better, rounds=count, weak=weak)
             if share * length < (1e-6 if rough else SETTLED) or (length < STALLED and gained < 1e-9):
                 return state
