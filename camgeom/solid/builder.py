@@ -10,6 +10,7 @@ import numpy.typing as npt
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
+from camgeom.solid.engine import library
 
 Index = npt.NDArray[np.int64]
 
@@ -168,7 +169,7 @@ def filled(planes: list[Floats]) -> Index | None:
 
     Numbers run through all polygons in order. None where the loops cross, so that they bound no face.
     """
-    import manifold3d
+    manifold3d = library()
 
     loops = [np.ascontiguousarray(plane) for plane in planes]
     triangles: Index = np.asarray(manifold3d.triangulate(loops)).astype(np.int64)

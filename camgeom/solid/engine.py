@@ -11,6 +11,17 @@ from camgeom.errors import GeometryEngineError
 from camgeom.maths.mesh import Mesh
 
 
+def library() -> Any:
+    """manifold3d. An interrupt that comes while it loads is told by it as an import that failed."""
+    try:
+        import manifold3d
+    except ImportError as error:
+        if KeyboardInterrupt.__name__ in str(error):
+            raise KeyboardInterrupt from None
+        raise
+    return manifold3d
+
+
 def subtract(blank: Mesh, tools: Sequence[Mesh]) -> Mesh:
     """Blank minus all tools; face groups keep their names. Raises GeometryEngineError where the engine refuses."""
     return _combine(blank, tools, "Subtract")
@@ -22,7 +33,7 @@ def unite(bodies: Sequence[Mesh]) -> Mesh:
 
 
 def _combine(first: Mesh, rest: Sequence[Mesh], operation: str) -> Mesh:
-    import manifold3d
+    manifold3d = library()
 
     names: dict[int, str] = {}
     solids = [_manifold(mesh, names) for mesh in (first, *rest)]
@@ -33,7 +44,7 @@ def _combine(first: Mesh, rest: Sequence[Mesh], operation: str) -> Mesh:
 
 def _manifold(mesh: Mesh, names: dict[int, str]) -> Any:
     """A manifold whose runs are the face groups; ids are entered in `names`."""
-    import manifold3d
+    manifold3d = library()
 
     group = np.zeros(len(mesh.faces), dtype=np.uint8) if mesh.group is None else mesh.group
     order = np.argsort(group, kind="stable")

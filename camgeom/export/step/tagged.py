@@ -26,7 +26,7 @@ from camgeom.maths.mesh import joined
 from camgeom.solid.blank import Blank
 from camgeom.solid.builder import cell_faces
 from camgeom.solid.cut import groove_cap
-from camgeom.solid.engine import checked
+from camgeom.solid.engine import checked, library
 from camgeom.track import Track
 
 Ints = npt.NDArray[np.int64]
@@ -196,7 +196,7 @@ class Cut:
 
 def subtract_tagged(blank: Tagged, tools: Sequence[Tagged]) -> Cut:
     """Blank minus all tools with tags and parameters kept. Raises GeometryEngineError where the engine refuses."""
-    import manifold3d
+    manifold3d = library()
 
     numbers: dict[int, int] = {}
     solids = [_manifold(mesh, numbers) for mesh in (blank, *tools)]
@@ -216,7 +216,7 @@ def subtract_tagged(blank: Tagged, tools: Sequence[Tagged]) -> Cut:
 
 
 def _manifold(mesh: Tagged, numbers: dict[int, int]) -> Any:
-    import manifold3d
+    manifold3d = library()
 
     order = np.argsort(mesh.tag, kind="stable")
     tags, starts = np.unique(mesh.tag[order], return_index=True)
