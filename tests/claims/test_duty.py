@@ -294,3 +294,22 @@ def test_a_drive_that_cannot_be_solved_takes_no_rigid_life_along():
     life, why = rows["All", "the same with vibration"]
     assert life == "-"
     assert "GB, more than the" in why
+
+
+@pytest.mark.parametrize("name", ["conjugate_rocker", "disc_offset_roller", "end_face_lifter"])
+@pytest.mark.parametrize("states", ["", "[[duty]]\nshare = 0.5\n[[duty]]\nshare = 0.5\nspeed = 300\n"])
+def test_a_follower_beside_another_one_tells_what_it_does_alone(name: str, states: str):
+    """Shares of the cam's damage added up to a half beside a second one, and a pair's cam life was that of both."""
+    text = (PROFILES / f"{name}.toml").read_text() + states
+
+    def told(more: str) -> dict:
+        return compute(Model(parse(text + more)), ("contact", "fatigue")).data
+
+    alone, both = told(""), told("[[station]]\nangle = 150\n")
+    for one in (both, both["followers"][0]):
+        for key in ("roller_slice_life_h", "cam_life_h", "cam_slice_life_h"):
+            assert one["fatigue"].get(key) == alone["fatigue"].get(key), key
+        for body in ("roller", "cam") if states else ():
+            shares = [state[f"{body}_damage_share"] for state in one["fatigue"]["states"]]
+            assert sum(shares) == pytest.approx(1.0, rel=1e-12)
+    assert 2.0 * both["together"]["cam_life_h"] == pytest.approx(alone["fatigue"]["cam_slice_life_h"], rel=1e-12)

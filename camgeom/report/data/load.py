@@ -75,8 +75,8 @@ def fatigue_data(model: Model) -> dict[str, Any]:
                                   for duty in model.duties]  # fmt: skip
         first = min(model.duties, key=lambda duty: duty.lives.get("roller", inf))
         data |= {key: value for key, value in first.fatigue_data().items() if key.startswith(("roller_", "hot_spot"))}
-        if "cam" in model.lives:
-            whole = model.lives["cam"]
+        if "cam" in model.own_lives:
+            whole = model.own_lives["cam"]
             quoted = min(float(duty.cam_life.life_h) for duty in model.duties)
             data["cam_slice_life_h"] = finite(whole)
             data["cam_life_h"] = finite(whole if model.duty.meeting is not None else quoted)
@@ -168,7 +168,7 @@ def _over_states(model: Model) -> dict[str, Any]:
     powers = [state.friction_power for state in model.states if state.friction_power is not None]
     data |= {"friction_power_w": max(powers)} if powers else {}
     data |= {f"{body}_wear_um_per_1000h": 1e6 * depth for body, depth in model.wear_per_hour.items()}
-    return data | {"states": [state_data(state, model.lives) for state in model.states]}
+    return data | {"states": [state_data(state, model.own_lives) for state in model.states]}
 
 
 def _weight(state: Model) -> float:
@@ -178,7 +178,7 @@ def _weight(state: Model) -> float:
 def state_data(model: Model, lives: Mapping[str, float]) -> dict[str, Any]:
     """An operating state: how long, how fast, how hard, and its share of the damage of every body.
 
-    lives: over all states, h
+    lives: over all states, h, with this follower alone on the cam
     """
     assert model.state is not None
     assert model.carrier is not None, "a state has a load"

@@ -66,7 +66,7 @@ def surface_life(model: Model) -> tuple[Block, ...]:
 
 def life_over_states(model: Model) -> tuple[Block, ...]:
     """The damage that each operating state does, and the hardest one by itself."""
-    data = [(state, state_data(state, model.lives)) for state in model.states]
+    data = [(state, state_data(state, model.own_lives)) for state in model.states]
     columns = [Column("State"), Column("Time", "%"), Column("Speed", "r/min"), Column("Pressure", "MPa")]
     columns += [Column(body.capitalize(), "%") for body in model.lives]
     damage = tuple(
