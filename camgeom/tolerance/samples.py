@@ -45,16 +45,15 @@ KEPT = 400_000_000
 """bytes of numbers of machines that are kept between what is asked where they rest, move and press"""
 SPENT = 60.0
 """s of one core that one drawing of the machines may take, where they rest and where they move"""
-RESTING_STATION, MOVING_STATION = 15e-9, 40e-9
-"""s of one core for a machine at a station where it rests, and of a shared load where it moves (measured)"""
+STATION = 15e-9
+"""s of one core for a machine at a station (measured)"""
 WAVE = 18
 """cam angles of dwells judged in one wave of what turns with the cam, at the first stop"""
-SPARSE = 3
-"""of these every third at the other stops: they tell the same share of machines within 0.3 % of all of them"""
 PILOTS = 512
-"""machines that say where the others are asked for their pressure: at the first stop, at all angles of the table"""
-COVERED = 0.98
-"""share of the largest pressure of each of them that is reached where the others are asked"""
+"""machines that say at which cam angles the others are asked, by what they tell at the first stop"""
+SHORT = 0.015
+"""share by which the largest figures of them there fall short of those at all angles, on the mean; of all stops they
+then tell what 99 % of the machines keep within 0.5 %"""
 SINGLE = np.float32
 """of a machine's numbers: a deviation of seconds of arc is good to a hundred thousandth of one"""
 EXPLAINED = 16
@@ -296,14 +295,13 @@ class Machines:
         MPa²/mm, (q, 1): cam angles at which some machines' is the largest, most of them at the first."""
         if self.table.hard is None:
             return ()
-        x = self._numbers(np.random.default_rng([SEED, 0]), PILOTS)
-        each = np.array([_pressure(*self._pressed(row, 1)[0], x) for row in range(len(self.table.theta))])
-        covers = each >= COVERED * each.max(axis=0)
-        rows: list[int] = []
-        while covers.any():
-            rows.append(int(covers.sum(axis=1).argmax()))
-            covers &= ~covers[rows[-1]]
-        return tuple(asked for row in rows for asked in self._pressed(row, self._stops))
+        pressures = [_pressure(*self._pressed(row, 1)[0], self._pilots) for row in range(len(self.table.theta))]
+        return tuple(asked for row in telling(np.array([pressures])) for asked in self._pressed(row, self._stops))
+
+    @cached_property
+    def _pilots(self) -> Singles:
+        """Numbers of the first machines, (columns, PILOTS)."""
+        return self._numbers(np.random.default_rng([SEED, 0]), PILOTS)
 
     def _pressed(self, row: int, stops: int) -> list[tuple[Position, Singles]]:
         """An angle of the table at so many stops, and the squares of `_hard`."""
@@ -334,16 +332,28 @@ class Machines:
     def resting(self) -> tuple[Position, ...]:
         """The places of dwells, the middle of the first dwell first; all of a program without one."""
         theta, dwells, more = self._angles
-        stops, whole = self._stops, dwells + more or len(theta)
-        every = dict.fromkeys((*range(dwells), *range(dwells, whole, SPARSE)), stops)
-        found = [self._positions(self._seated, row, every.get(row, 1), dwells > 0) for row in range(whole)]
-        return tuple(position for each in found for position in each)
+        whole = dwells + more or len(theta)
+        rows = [*range(dwells), *self._telling(range(dwells, whole), range(dwells))] if dwells else list(range(whole))
+        return tuple(one for row in rows for one in self._positions(self._seated, row, self._stops, dwells > 0))
+
+    def _telling(self, rows: range, known: range = range(0)) -> list[int]:
+        """Those of the rows at which pilots stand off, and play, as far as at all of them and at the known ones."""
+        if self._stops == 1:
+            return list(rows)
+        zero: Zero | None = None
+        figures = []
+        for row in (*known, *rows):
+            low, high, play = self._stand(self._positions(self._seated, row, 1, False)[0], self._pilots, None, zero)
+            if self.relative and zero is None:
+                zero = low, high
+            figures.append((_off(low, high, zero), play))
+        return [rows[k - len(known)] for k in telling(np.array(figures).transpose(1, 0, 2), len(known))]
 
     @cached_property
     def moving(self) -> tuple[Position, ...]:
         """The places of moves; none of a program without a dwell."""
         theta, dwells, more = self._angles
-        rows = range(dwells + more, len(theta)) if dwells else ()
+        rows = self._telling(range(dwells + more, len(theta))) if dwells else ()
         return tuple(position for row in rows for position in self._positions(self._seated, row, self._stops, False))
 
     @cached_property
@@ -427,12 +437,8 @@ class Machines:
     @cached_property
     def cost(self) -> tuple[float, float]:
         """s of one core that a machine takes where it rests and where it moves."""
-        theta, dwells, more = self._angles
-        shared = self.loaded.mechanism.drive is Drive.SHARED
-        resting = dwells * self._stops + more or len(theta)
-        moving = (len(theta) - dwells - more) * self._stops if dwells else 0
-        stations = self._seated.contacts.on[0].size
-        return stations * resting * RESTING_STATION, stations * moving * (MOVING_STATION if shared else RESTING_STATION)
+        resting, moving = (STATION * sum(len(one.near) for one in places) for places in (self.resting, self.moving))
+        return resting, moving
 
     def _refuse_long(self, samples: int, each: float) -> None:
         """Raise NotConverged, with the figures, where so many machines take more than is spent."""
@@ -487,7 +493,7 @@ class Machines:
         """Largest pressure of those machines where it is asked, MPa, (samples,); None of no line contact."""
         if self.table.hard is None:
             return None
-        self._refuse_long(samples, self.table.seated.contacts.on[0].size * len(self._hard) * MOVING_STATION)
+        self._refuse_long(samples, STATION * sum(len(position.near) for position, _ in self._hard))
         return np.concatenate(self._judged(lambda _, x: self._press(x), samples, workers))
 
     def _press(self, x: Singles) -> Floats:
@@ -632,6 +638,22 @@ class Machines:
                 stands = position.balanced(_taken(near, rows), bounds[0][rows], bounds[1][rows], bool(side))
                 low[rows] = high[rows] = stands
         return low - base_low, high - base_high, play
+
+
+def telling(figures: Floats, known: int = 0) -> list[int]:
+    """Rows, the one that tells most first, whose largest figures (kinds, rows, pilots) fall short of those of all by
+    SHORT of their size on the mean, beside the first rows, which are known.
+    """
+    whole = figures.max(axis=1)
+    size = np.abs(whole).mean(axis=1)
+    size = np.where(size > 0.0, size, 1.0)[:, None]
+    reached = figures[:, :known].max(axis=1) if known else figures.min(axis=1)
+    rows, left = list[int](), list(range(known, figures.shape[1]))
+    while left and float(((whole - reached) / size).mean(axis=1).max()) > SHORT:
+        gains = [float((np.maximum(figures[:, k] - reached, 0.0) / size).mean()) for k in left]
+        rows.append(left.pop(int(np.argmax(gains))))
+        reached = np.maximum(reached, figures[:, rows[-1]])
+    return rows
 
 
 def _inside(end: End, base: tuple[float, float], side: float) -> tuple[float, float]:

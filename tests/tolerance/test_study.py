@@ -129,13 +129,13 @@ def test_what_is_not_balanced_is_within_what_is_known(monkeypatch: pytest.Monkey
         for name in ("dwell", "backlash", "preload"):
             np.testing.assert_allclose(getattr(few, name), getattr(whole, name), rtol=2e-6, err_msg=name)
         np.testing.assert_allclose(few.motion[:BLOCK], moves, rtol=2e-6)
-    position = next(position for position in machines.moving[40:] if position.stop == 0)
+    position = max(machines.moving, key=lambda position: float(np.abs(position.near).max()))
     x = machines._numbers(np.random.default_rng(1), 50)
     near, low, high = position.bounds(x)
     psi = position.balanced(near, low, high, loaded=True)
-    size = np.abs(psi) + 1e-9
+    size = np.maximum(np.abs(psi), 1e-7)
     for least, most, out in ((-1.002, 1.002, False), (-0.999, 0.999, True)):
-        assert (position.beyond(near, least * size, most * size) == out).all()
+        assert (position.beyond(near, least * size, most * size) == out)[np.abs(psi) > 1e-7].all()
 
 
 def _all_moves(machines: Machines) -> Floats:
@@ -166,6 +166,14 @@ def test_moves_and_pressures_are_those_of_all_stops() -> None:
     drawn = machines.drawn(BLOCK)
     x = machines._numbers(np.random.default_rng([samples.SEED, 0]), BLOCK)
     np.testing.assert_allclose(drawn.motion, np.maximum(drawn.dwell, _all_moves(machines)), rtol=2e-6)
+    dwells, more = machines._angles[1:]
+    each = [[samples._off(*machines._stand(position, x)[:2], None)
+             for position in machines._positions(machines._seated, row, 8, False)]
+            for row in range(len(machines._angles[0]))]  # fmt: skip
+    off = np.max(each, axis=1)
+    for told, all_of_them in ((drawn.dwell, off[: dwells + more].max(axis=0)), (drawn.motion, off.max(axis=0))):
+        assert (told <= (1.0 + 1e-5) * all_of_them).all()
+        assert drawn.at_yield(told, 0.99) == pytest.approx(drawn.at_yield(all_of_them, 0.99), rel=5e-3)
     everywhere = [asked for row in range(len(machines.table.theta)) for asked in machines._pressed(row, 8)]
     most = np.max([samples._pressure(position, square, x) for position, square in everywhere], axis=0)
     assert drawn.pressure is not None
