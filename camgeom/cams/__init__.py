@@ -148,6 +148,7 @@ REGULAR = idle(
     "only drums, whose grooves stay within both ends, and end faces are meshed with fewer triangles so far",
     "output.fewest_triangles",
 )  # fmt: skip
+PLANE_REST = idle("all faces of this cam that no follower touches are plane", "output.free_tolerance")
 NO_GAPS = idle(
     "a follower touches its own cam; what may not touch are floors of grooves, other discs, pivots and turrets' blanks",
     "limits.clearance_mm",
@@ -182,6 +183,11 @@ NO_FILM_OR_WEAR = idle(
 def keyway_idle(bore: float) -> dict[str, str]:
     """The keys of a keyway, which mean nothing without a bore."""
     return {} if bore else idle("a cam without a bore has no keyway", "cam.keyway_width", "cam.keyway_depth")
+
+
+def prism_idle(bore: float, mark: float = 0.0) -> dict[str, str]:
+    """The keys that mean nothing for a disc whose wall is all flank, with or without a bore and a phase mark."""
+    return keyway_idle(bore) | ({} if bore or mark else PLANE_REST)
 
 
 def sense_of(direction: str) -> float:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal, final
 
 from pydantic import Field
 
-from camgeom.cams import NO_DRUM, NO_ROOT, REGULAR, Cam, idle, keyway_idle, problem, sense_of
+from camgeom.cams import NO_DRUM, NO_ROOT, REGULAR, Cam, idle, prism_idle, problem, sense_of
 from camgeom.cams._plate import (
     SLIDE,
     Arm,
@@ -96,7 +96,7 @@ class Conjugate(Cam):
 
     def idle(self, setup: Setup) -> dict[str, str]:
         """Keys of the other follower, and of followers of other cams."""
-        found = NO_DRUM | REGULAR | NO_ROOT | keyway_idle(self.bore) | face_idle("roller")
+        found = NO_DRUM | REGULAR | NO_ROOT | prism_idle(self.bore, self.mark_diameter) | face_idle("roller")
         if not setup.follower.rotating:
             rocker = ("cam.center_distance", "cam.return_arm", "cam.rocker_angle")
             return found | idle("belongs to a rocker, none for a slide", *rocker)

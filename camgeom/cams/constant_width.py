@@ -13,7 +13,7 @@ from typing import ClassVar, Literal, final
 
 from pydantic import Field
 
-from camgeom.cams import NO_DRUM, NO_GAPS, NO_ROOT, REGULAR, Cam, idle, keyway_idle, problem, sense_of
+from camgeom.cams import NO_DRUM, NO_GAPS, NO_ROOT, REGULAR, Cam, idle, prism_idle, problem, sense_of
 from camgeom.cams._plate import (
     SLIDE,
     SQUARE,
@@ -81,7 +81,7 @@ class ConstantWidth(Cam):
 
     def idle(self, setup: Setup) -> dict[str, str]:
         """Keys of the other of frame (flat faces) and yoke (rollers)."""
-        found = NO_DRUM | REGULAR | NO_ROOT | keyway_idle(self.bore)
+        found = NO_DRUM | REGULAR | NO_ROOT | prism_idle(self.bore)
         faces = {key: why for key, why in face_idle("flat").items() if key.startswith(("limits.", "material."))}
         if setup.roller is not None:
             plate = idle("a yoke carries rollers, and is not made as a part", *(f"follower.{key}" for key in PLATE))

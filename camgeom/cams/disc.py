@@ -19,6 +19,7 @@ from camgeom.cams import (
     Cam,
     idle,
     keyway_idle,
+    prism_idle,
     problem,
     root_problems,
     sense_of,
@@ -134,7 +135,8 @@ class Disc(Cam):
         """Keys of the other form, of other faces and of other followers."""
         follower = setup.follower
         assert isinstance(follower, TranslatingFollower | SwingingFollower)
-        found = NO_DRUM | REGULAR | keyway_idle(self.bore) | face_idle(follower.face)
+        found = NO_DRUM | REGULAR | face_idle(follower.face)
+        found |= prism_idle(self.bore) if self.form == "external" else keyway_idle(self.bore)
         found |= idle("a disc's follower has none; discs of a pair and frames have", "follower.clearance")
         if self.form == "external":
             grooved = ("diameter", "rim", "face", "groove_depth", "running_clearance", "root_radius")

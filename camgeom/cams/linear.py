@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar, Literal, final
 import numpy as np
 from pydantic import Field
 
-from camgeom.cams import NO_DRUM, NO_ROOT, REGULAR, Cam, idle, problem
+from camgeom.cams import NO_DRUM, NO_ROOT, PLANE_REST, REGULAR, Cam, idle, problem
 from camgeom.cams._plate import disc_wall, least_distance, roller_track, straight_problems
 from camgeom.errors import Problem, ProfileError
 from camgeom.immutable import immutable
@@ -110,7 +110,7 @@ class Linear(Cam):
 
     def idle(self, setup: Setup) -> dict[str, str]:
         """Keys of cams that turn, and what is not solved of one that slides."""
-        found = NO_DRUM | REGULAR | NO_ROOT
+        found = NO_DRUM | REGULAR | NO_ROOT | PLANE_REST
         found |= idle("belongs to a drum's follower", "follower.pivot_distance")
         leans = "an arm has no slide; follower.start_angle says how it stands"
         found |= idle(leans, "cam.inclination") if setup.follower.rotating else {}

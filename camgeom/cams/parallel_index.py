@@ -15,7 +15,7 @@ from typing import Annotated, ClassVar, Literal, final
 import numpy as np
 from pydantic import Field
 
-from camgeom.cams import NO_DRUM, NO_ROOT, ONE_WAY, REGULAR, Cam, keyway_idle, problem, sense_of
+from camgeom.cams import NO_DRUM, NO_ROOT, ONE_WAY, REGULAR, Cam, prism_idle, problem, sense_of
 from camgeom.cams._plate import bore_of, bore_problems, disc_wall, plate_envelope, straight_problems
 from camgeom.cams._turret import bearing_meridian
 from camgeom.errors import DesignError, Problem
@@ -84,7 +84,7 @@ class ParallelIndex(Cam):
     def idle(self, setup: Setup) -> dict[str, str]:
         """The keyway's keys without a bore."""
         del setup
-        return NO_DRUM | REGULAR | NO_ROOT | ONE_WAY | keyway_idle(self.bore)
+        return NO_DRUM | REGULAR | NO_ROOT | ONE_WAY | prism_idle(self.bore)
 
     def problems(self, setup: Setup) -> list[Problem]:
         """What cannot be built, with key, value and allowed range."""

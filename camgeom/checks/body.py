@@ -34,6 +34,9 @@ def chord_error(model: Model) -> Iterable[Finding]:
     for solid, _ in model.workpieces:
         advice = "ask for a coarser tolerance"
         yield judged("chord-error", solid.chord_error, "<=", model.tolerance, "mm", advice, where=solid.name)
+        if solid.free_error is not None:
+            where = f"{solid.name}, faces that nothing touches"
+            yield judged("chord-error", solid.free_error, "<=", model.free_tolerance, "mm", advice, where=where)
 
 
 @check("interference", "solid")
@@ -65,9 +68,9 @@ def backlash(model: Model) -> Iterable[Finding]:
         )  # fmt: skip
 
 
-def _thinnest(model: Model) -> float:
+def _thinnest(model: Model, error: float) -> float:
     """Thinnest wall that passes, mm: that of the profile, or what the chord errors of both faces leave standing."""
-    return max(model.profile.limits.min_wall_mm, 2.0 * model.tolerance)
+    return max(model.profile.limits.min_wall_mm, 2.0 * error)
 
 
 @check("followers-apart", "body")
@@ -100,7 +103,7 @@ def wall(model: Model) -> Iterable[Finding]:
     """Thinnest walls of the body."""
     for place in model.walls:
         yield judged(
-            "wall", place.thickness, ">=", _thinnest(model), "mm", place.advice,
+            "wall", place.thickness, ">=", _thinnest(model, model.free_tolerance), "mm", place.advice,
             cam_angle=place.cam_angle, where=place.name,
         )  # fmt: skip
 
@@ -112,7 +115,7 @@ def rib_thickness_check(model: Model) -> Iterable[Finding]:
     warn = None if mechanism.rib_asked is None else (1.0 - limits.warn_rib_share) * mechanism.rib_asked
     for rib in mechanism.ribs:
         yield judged(
-            "rib-thickness", rib.value, ">=", _thinnest(model), "mm",
+            "rib-thickness", rib.value, ">=", _thinnest(model, model.tolerance), "mm",
             f"steep places thin the rib to less than the {mechanism.rib_asked:.6g} mm of a level dwell: give the "
             "motion more cam angle, enlarge the drum, or ask for a thicker rib",
             warn=warn, cam_angle=rib.cam_angle, where=f"rib {rib.where}",
@@ -129,6 +132,6 @@ def rib_thickness_check(model: Model) -> Iterable[Finding]:
             continue
         advice = "use smaller or fewer rollers or a larger pitch radius, or reduce the width"
         yield judged(
-            "rib-thickness", worst.thickness, ">=", _thinnest(model), "mm", advice,
+            "rib-thickness", worst.thickness, ">=", _thinnest(model, model.tolerance), "mm", advice,
             cam_angle=worst.cam_angle, where=f"rib {name}",
         )  # fmt: skip

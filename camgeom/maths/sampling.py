@@ -139,13 +139,17 @@ def measure(start: Floats, stop: Floats, middle: Floats) -> Cells:
 
 @immutable
 class Grid:
-    """A finished structured grid: phi (n + 1,), points (3, n + 1, k + 1), cells per band, diagonals, chord error mm."""
+    """A finished structured grid: phi (n + 1,), points (3, n + 1, k + 1), cells per band, diagonals.
+
+    chord_error  mm, of all bands that keep the tolerance; free_error: of those that may be off by more, or None
+    """
 
     phi: Floats
     points: Floats
     counts: Counts
     rising: Mask
     chord_error: float
+    free_error: float | None = None
 
 
 def angles(theta: Floats, columns: Index) -> Floats:
@@ -231,6 +235,7 @@ class _Single:
 class Sampled:
     """A surface meshed at knots theta; of each strip the `chosen` cells along the round are measured.
 
+    cells     their sags, those of a band over its ease: how many times the tolerance it may be off
     complete  True where every cell was measured
     """
 
@@ -240,6 +245,7 @@ class Sampled:
     chosen: list[Index]
     cells: list[Cells]
     complete: bool
+    ease: tuple[float, ...]
 
     @cached_property
     def _judged(self) -> list[tuple[Floats, Mask]]:
@@ -248,8 +254,20 @@ class Sampled:
 
     @property
     def worst(self) -> float:
-        """Largest chord error of a counted cell, mm."""
+        """Largest chord error of a counted cell over its band's ease, mm."""
         return max(float(error.max(initial=0.0)) for error, _ in self._judged)
+
+    @property
+    def errors(self) -> tuple[float, float | None]:
+        """Largest chord errors of counted cells, mm: of the bands that keep the tolerance, and of all others."""
+        worst = [0.0] * len(self.ease)
+        for (error, _), strip in zip(self._judged, self.strips):
+            cuts = np.cumsum([self.counts[b] for b in strip.bands])[:-1]
+            for band, part in zip(strip.bands, np.split(error, cuts, axis=1)):
+                worst[band] = max(worst[band], self.ease[band] * float(part.max(initial=0.0)))
+        strict = [error for error, ease in zip(worst, self.ease) if ease == 1.0]
+        free = [error for error, ease in zip(worst, self.ease) if ease > 1.0]
+        return max(strict, default=0.0), max(free, default=None)
 
     @property
     def rising(self) -> list[Mask]:
@@ -267,22 +285,27 @@ class Sampled:
         return [Cells.joined(parts) for parts in bands]
 
 
-def sample(rows: Rows, knots: Floats, tolerance: float, most: Counts) -> Grid:
+def sample(rows: Rows, knots: Floats, tolerance: float, most: Counts, ease: Sequence[float] | None = None) -> Grid:
     """Sample one section so that every triangle is within `tolerance` mm of the true surface; see `sample_surface`."""
-    sampled = sample_surface(_Single(rows), knots, tolerance, most)
-    return Grid(sampled.theta, sampled.strips[0].corner, sampled.counts, sampled.rising[0], sampled.worst)
+    sampled = sample_surface(_Single(rows), knots, tolerance, most, ease)
+    corner, (strict, free) = sampled.strips[0].corner, sampled.errors
+    return Grid(sampled.theta, corner, sampled.counts, sampled.rising[0], strict, free)
 
 
-def sample_surface(surface: Surface, knots: Floats, tolerance: float, most: Counts) -> Sampled:
+def sample_surface(
+    surface: Surface, knots: Floats, tolerance: float, most: Counts, ease: Sequence[float] | None = None
+) -> Sampled:
     """Sample so that every counted triangle is within `tolerance` (mm) of the true surface, with knots of equal error.
 
     knots  (k,) parameters at which a derivative may jump, with both ends; strips in rounds: angles from 0 to 2 pi
     most   upper bound of the cells across each band (1 for bands that are straight across)
+    ease   how many times the tolerance each band may be off, 1 or more; None: 1 for all
     Raises NotConverged where the tolerance would need more than MAX_CELLS cells.
     """
     phi = subdivided_knots(knots, PROBE)
     coarse = tuple(min(6, m) for m in most)
-    bands = _measured(surface, knots, phi, coarse, True).bands
+    eased = tuple(ease or (1.0,) * len(most))
+    bands = _measured(surface, knots, phi, coarse, True, eased).bands
     counts = _choose_counts(bands, coarse, tolerance, most)
     widths = [c / n for c, n in zip(coarse, counts)]
     aim = FILL * tolerance
@@ -293,10 +316,10 @@ def sample_surface(surface: Surface, knots: Floats, tolerance: float, most: Coun
             raise NotConverged(
                 f"a tolerance of {tolerance:g} mm needs more than {MAX_CELLS} cells; ask for a coarser one"
             )
-        sampled = _measured(surface, knots, phi, counts, False)
+        sampled = _measured(surface, knots, phi, counts, False, eased)
         if sampled.worst <= tolerance * (1.0 if sampled.complete else SPARSE):
             return sampled
-        bands = (sampled if sampled.complete else _measured(surface, knots, phi, counts, True)).bands
+        bands = (sampled if sampled.complete else _measured(surface, knots, phi, counts, True, eased)).bands
         widths, counts = _widened(bands, counts, tolerance, most, max(0.3, 0.9 - 0.15 * attempt))
         aim = (FILL - 0.03 * attempt) * tolerance
     raise NotConverged(
@@ -305,7 +328,9 @@ def sample_surface(surface: Surface, knots: Floats, tolerance: float, most: Coun
     )
 
 
-def _measured(surface: Surface, knots: Floats, theta: Floats, counts: Counts, every: bool) -> Sampled:
+def _measured(
+    surface: Surface, knots: Floats, theta: Floats, counts: Counts, every: bool, ease: tuple[float, ...]
+) -> Sampled:
     """The surface at knots theta, its sags measured at every cell or only where `_probed` says."""
     n = len(theta) - 1
     strips = surface.strips(theta, counts)
@@ -313,7 +338,16 @@ def _measured(surface: Surface, knots: Floats, theta: Floats, counts: Counts, ev
     base = np.zeros(n, dtype=bool)
     base[np.arange(n) if every else _probed(knots, theta, -(-total // n))] = True
     chosen = [np.flatnonzero(base[np.arange(s.first, s.first + s.cells) % n]) for s in strips]
-    return Sampled(theta, counts, strips, chosen, surface.sags(theta, counts, strips, chosen), bool(base.all()))
+    cells = surface.sags(theta, counts, strips, chosen)
+    if max(ease) > 1.0:
+        cells = [_eased(own, strip, counts, ease) for own, strip in zip(cells, strips)]
+    return Sampled(theta, counts, strips, chosen, cells, bool(base.all()), ease)
+
+
+def _eased(cells: Cells, strip: Strip, counts: Counts, ease: tuple[float, ...]) -> Cells:
+    """The sags of a strip's cells over the eases of its bands."""
+    over = np.repeat([ease[b] for b in strip.bands], [counts[b] for b in strip.bands])
+    return Cells(cells.a / over, cells.b / over, cells.c / over)
 
 
 def _probed(knots: Floats, phi: Floats, across: int) -> Index:

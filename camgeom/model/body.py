@@ -63,6 +63,15 @@ class Body(Sealed):
         """The models of all followers."""
         return tuple(model for seen in self._seen_by if (model := seen()) is not None)
 
+    @property
+    def free_tolerance(self) -> float:
+        """Of the faces that no follower touches, mm."""
+        return max(self.tolerance, self.profile.output.free_tolerance or 0.0)
+
+    @property
+    def _free(self) -> float | None:
+        return self.free_tolerance if self.free_tolerance > self.tolerance else None
+
     @fact
     def parts(self) -> tuple[Part, ...]:
         """The recipes of the bodies."""
@@ -98,10 +107,10 @@ class Body(Sealed):
 
     def _made(self, part: Part) -> Solid:
         if not self.profile.output.fewest_triangles:
-            return part.solid(self.tolerance)
+            return part.solid(self.tolerance, self._free)
         from camgeom.solid.fewest import fewest
 
-        return fewest(part, self.tolerance)
+        return fewest(part, self.tolerance, self._free)
 
     def _undercut_solid(self) -> Solid | None:
         """What the tools really leave of an undercut drum; None for other cams."""
@@ -112,7 +121,7 @@ class Body(Sealed):
             return None
         beyond = drum.radius + max(0.05 * drum.radius, 0.25 * drum.depth)
         cutters = tuple(cutter for one in self.bindings[0].grooves for cutter in one.cutters)
-        return RollerUnion("cam", cutters, blank, beyond).solid(self.tolerance)
+        return RollerUnion("cam", cutters, blank, beyond).solid(self.tolerance, self._free)
 
     @fact
     def walls(self) -> tuple[Wall, ...]:

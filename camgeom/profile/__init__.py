@@ -411,6 +411,10 @@ def _cross_checks(profile: Profile) -> list[Problem]:
         return error.problems
     idle = idle_problems(profile, setup)
     idle += _warnings_beyond(profile.limits)
+    output = profile.output
+    if output.free_tolerance is not None and output.free_tolerance < output.tolerance:
+        allowed = f"at least output.tolerance, {output.tolerance:g} mm"
+        idle.append(Problem("output.free_tolerance", "is finer than what is touched", output.free_tolerance, allowed))
     if profile.duty:
         from camgeom.profile.duty import duty_problems
 

@@ -162,6 +162,9 @@ class Output(Section):
     tolerance: Annotated[float, Field(ge=TOLERANCE_RANGE[0], le=TOLERANCE_RANGE[1])] = Field(
         0.005, description="mm, guaranteed chord error of the mesh"
     )
+    free_tolerance: Annotated[float, Field(ge=TOLERANCE_RANGE[0], le=TOLERANCE_RANGE[1])] | None = Field(
+        None, description="mm, of faces that no follower touches: bore, outside, floors, hubs; default the tolerance"
+    )
     formats: Annotated[tuple[Annotated[str, Field(min_length=1, max_length=24)], ...], Field(max_length=40)] = Field(
         ("3mf", "stl"), description="file formats of the solid and its drawings"
     )

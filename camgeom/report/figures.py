@@ -24,6 +24,7 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("mass_kg", "mass", "kg"),
         ("triangles", "triangles", ""),
         ("chord_error_mm", "chord error", "mm"),
+        ("free_chord_error_mm", "chord error of faces that nothing touches", "mm"),
     ),
     "contact": (
         ("peak_pressure_mpa", "peak contact pressure", "MPa"),

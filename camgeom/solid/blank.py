@@ -40,12 +40,22 @@ class Bore:
         segment = r * r * asin(h / r) - h * chord
         return pi * r * r + 2.0 * h * (r + self.keyway_depth - chord) - segment
 
+    def _steps(self, tolerance: float) -> tuple[float, float, int]:
+        """Where its round part begins, rad, how far it reaches, and how many chords it takes."""
+        r = 0.5 * self.diameter
+        start = asin(0.5 * self.keyway_width / r)
+        span = 2.0 * pi - 2.0 * start
+        return start, span, max(12, ceil(span / chord_step(r, tolerance)))
+
+    def sag(self, tolerance: float) -> float:
+        """Chord error of the polygon made within a tolerance, mm."""
+        _, span, parts = self._steps(tolerance)
+        return 0.5 * self.diameter * (1.0 - cos(0.5 * span / parts))
+
     def outline(self, tolerance: float) -> tuple[Floats, list[str]]:
         """Closed polygon (n, 2) counter-clockwise, vertices on the outline, and the name of each edge."""
         r, h = 0.5 * self.diameter, 0.5 * self.keyway_width
-        start = asin(h / r) if h else 0.0
-        span = 2.0 * pi - 2.0 * start
-        parts = max(12, ceil(span / chord_step(r, tolerance)))
+        start, span, parts = self._steps(tolerance)
         angle = start + span * np.arange(parts + (1 if h else 0)) / parts
         points = np.stack([r * np.cos(angle), r * np.sin(angle)], axis=1)
         names = ["bore"] * parts
@@ -220,18 +230,20 @@ def close_ends(
     z1: float,
     bore: Bore | None,
     tolerance: float,
-) -> None:
-    """Add both flat ends and the bore of a body whose outer end rings (counter-clockwise) are given."""
+) -> float:
+    """Add both flat ends and the bore of a body whose outer end rings (counter-clockwise) are given; returns the chord
+    error of the bore, mm."""
     if bore is None:
         for ring, z, flip in ((bottom, z0, True), (top, z1, False)):
             hub = builder.add(np.array([[0.0, 0.0, z]]))
             nxt = np.roll(ring, -1)
             fan = np.stack([np.broadcast_to(hub, ring.shape), ring, nxt], axis=1)
             builder.faces(fan[:, ::-1] if flip else fan, "end")
-        return
+        return 0.0
     low, high, outline = bore_walls(builder, bore, z0, z1, tolerance)
     for ring, hole, up in ((bottom, low, False), (top, high, True)):
         cap(builder, [ring, hole[::-1]], [builder.points(ring)[:, :2], outline[::-1]], "end", up)
+    return bore.sag(tolerance)
 
 
 def bore_walls(

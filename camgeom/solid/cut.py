@@ -21,7 +21,7 @@ from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
 from camgeom.maths.sampling import Grid, sample
-from camgeom.solid import UNION, QuickPart, Solid
+from camgeom.solid import TOUCHED, UNION, QuickPart, Solid, eased, stated
 from camgeom.solid.blank import Blank
 from camgeom.solid.builder import Builder, Index, add_grid, band_cells, cell_faces, wrapped_faces
 from camgeom.solid.engine import subtract, unite
@@ -52,14 +52,14 @@ class CutBlank(QuickPart):
     ridge: float
     expected_genus: int
 
-    def tool(self, track: Track, tolerance: float) -> tuple[Mesh, float]:
-        """One groove body and its chord error, mm; see `groove_tool`."""
-        return groove_tool(GrooveSection(track, self.outside, self.guess, 1.0), self.ridge, tolerance)
+    def tool(self, track: Track, tolerance: float, free: float | None = None) -> tuple[Mesh, float, float | None]:
+        """One groove body and its chord errors, mm; see `groove_tool`."""
+        return groove_tool(GrooveSection(track, self.outside, self.guess, 1.0), self.ridge, tolerance, free)
 
-    def solid(self, tolerance: float) -> Solid:
+    def solid(self, tolerance: float, free: float | None = None) -> Solid:
         """One boolean. Raises GeometryEngineError where the engine refuses."""
-        tools = [self.tool(track, tolerance) for track in self.tracks]
-        return _subtracted(self.name, self.blank, tools, tolerance, tolerance, self.expected_genus)
+        tools = [self.tool(track, tolerance, free) for track in self.tracks]
+        return _subtracted(self.name, self.blank, tools, tolerance, free, 1.0, self.expected_genus)
 
 
 @immutable
@@ -89,16 +89,16 @@ class IndexingCut:
             return RootedSection(track, level, self.guesses[0])
         return FlooredSection(track, level, self.floor, self.guesses)
 
-    def tool(self, track: Track, tolerance: float) -> tuple[Mesh, float]:
-        """One groove body and its chord error, mm; see `groove_tool`."""
-        return groove_tool(self.section(track), self.ridge, tolerance)
+    def tool(self, track: Track, tolerance: float, free: float | None = None) -> tuple[Mesh, float, float | None]:
+        """One groove body and its chord errors, mm; see `groove_tool`."""
+        return groove_tool(self.section(track), self.ridge, tolerance, free)
 
-    def solid(self, tolerance: float) -> Solid:
+    def solid(self, tolerance: float, free: float | None = None) -> Solid:
         """Meshed directly where the grooves stay apart, else by one boolean (raises GeometryEngineError by name)."""
         try:
-            return self.direct(tolerance)
+            return self.direct(tolerance, free)
         except (NotOneSurface, NotConverged):
-            return self.cut(tolerance)
+            return self.cut(tolerance, free)
 
     def rough(self, tolerance: float) -> Solid:
         """The same with facets cut as they are at the cam's ends, where no error is measured: to look for crossings."""
@@ -107,10 +107,10 @@ class IndexingCut:
         except (NotOneSurface, NotConverged):
             return self.cut(tolerance)
 
-    def direct(self, tolerance: float, straight: bool = False) -> Solid:
+    def direct(self, tolerance: float, free: float | None = None, straight: bool = False) -> Solid:
         """Grooves, lands and ends as one surface. Raises NotOneSurface where they are not."""
         sections = self.sections(self.land)
-        return groove_solid(self.name, self.blank, self._edge, sections, self.expected_genus, tolerance, straight)
+        return groove_solid(self.name, self.blank, self._edge, sections, self.expected_genus, tolerance, straight, free)
 
     @property
     def _edge(self) -> int:
@@ -129,11 +129,10 @@ class IndexingCut:
         """Cross-sections of all grooves up to the land."""
         return tuple(self.section(track, land.level) for track in self.tracks)
 
-    def cut(self, tolerance: float) -> Solid:
+    def cut(self, tolerance: float, free: float | None = None) -> Solid:
         """Blank minus groove bodies, one boolean. Raises GeometryEngineError where the engine refuses."""
-        tools = [self.tool(track, tolerance) for track in self.tracks]
-        own = self.blank.share * tolerance
-        return _subtracted(self.name, self.blank, tools, tolerance, own, self.expected_genus)
+        tools = [self.tool(track, tolerance, free) for track in self.tracks]
+        return _subtracted(self.name, self.blank, tools, tolerance, free, self.blank.share, self.expected_genus)
 
 
 @immutable
@@ -145,15 +144,19 @@ class RollerUnion(QuickPart):
     blank: Blank
     beyond: float
 
-    def solid(self, tolerance: float) -> Solid:
-        """At most MOST_ROLLERS positions a track; `chord_error` says what that leaves. Raises GeometryEngineError."""
+    def solid(self, tolerance: float, free: float | None = None) -> Solid:
+        """At most MOST_ROLLERS positions a track; `chord_error` says what that leaves. Raises GeometryEngineError.
+
+        The blank has the tolerance `free`, and what rollers leave the one that their number gives.
+        """
         if any(track.root for track in self.tracks):
             raise DesignError("the body of an undercut drum is made of straight rollers, with a sharp root: leave out "
                               "the corner radius, or mend the undercut")  # fmt: skip
         made = [self._positions(track, tolerance) for track in self.tracks]
-        mesh = subtract(self.blank.mesh(tolerance), [unite(bodies) for bodies, _ in made])
+        mesh = subtract(self.blank.mesh(free or tolerance), [unite(bodies) for bodies, _ in made])
         deepest = min(least_clearance(track, mesh.vertices).value for track in self.tracks)
-        return Solid(self.name, mesh, max(sag for _, sag in made) + max(0.0, -deepest), UNION, mesh.genus)
+        error = max(sag for _, sag in made) + max(0.0, -deepest)
+        return Solid(self.name, mesh, error, UNION, mesh.genus, free and max(error, free))
 
     def _positions(self, track: Track, tolerance: float) -> tuple[list[Mesh], float]:
         """Roller bodies at equal steps of their largest travel, and the sag of their facets, mm: the tolerance, or
@@ -184,8 +187,11 @@ class RollerUnion(QuickPart):
         return Mesh(upright.vertices @ frame + pose.a[0][:, 0], upright.faces, upright.groups, upright.group)
 
 
-def groove_tool(section: CrossSection, ridge: float, tolerance: float) -> tuple[Mesh, float]:
-    """A groove body as a closed mesh (a ring, or a tube with two end caps), and its chord error, mm.
+def groove_tool(
+    section: CrossSection, ridge: float, tolerance: float, free: float | None = None
+) -> tuple[Mesh, float, float | None]:
+    """A groove body as a closed mesh (a ring, or a tube with two end caps), and its chord errors, mm, as `Grid` has
+    them; free: the tolerance of all but its flanks.
 
     ridge  delta of the body's back, safely outside the blank
     """
@@ -193,16 +199,27 @@ def groove_tool(section: CrossSection, ridge: float, tolerance: float) -> tuple[
     def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
         return section.rows(Column(section.track, phi), counts)
 
-    grid = sample(rows, section.track.knots(), tolerance, section.max_counts)
-    return groove_body(grid, section, ridge, tolerance), grid.chord_error
+    ease = eased(section.names, tolerance, free)
+    grid = sample(rows, section.track.knots(), tolerance, section.max_counts, ease)
+    return groove_body(grid, section, ridge, tolerance), grid.chord_error, grid.free_error
 
 
 def _subtracted(
-    name: str, blank: Blank, tools: list[tuple[Mesh, float]], tolerance: float, own: float, genus: int
+    name: str,
+    blank: Blank,
+    tools: list[tuple[Mesh, float, float | None]],
+    tolerance: float,
+    free: float | None,
+    share: float,
+    genus: int,
 ) -> Solid:
-    """The blank, whose mesh is off by no more than `own` mm, minus tools with the errors given."""
-    mesh = subtract(blank.mesh(tolerance), [tool for tool, _ in tools])
-    return Solid(name, mesh, max([own, *(error for _, error in tools)]), "boolean", genus)
+    """The blank, whose mesh is off by no more than a share of its tolerance, minus tools with the errors given."""
+    mesh = subtract(blank.mesh(free or tolerance), [tool for tool, _, _ in tools])
+    errors = [("land", share * (free or tolerance))]
+    for _, touched, other in tools:
+        errors += [(TOUCHED, touched), ("floor", other or 0.0)]
+    error, free_error = stated(errors, free)
+    return Solid(name, mesh, error, "boolean", genus, free_error)
 
 
 def groove_body(grid: Grid, section: CrossSection, ridge: float, tolerance: float) -> Mesh:

@@ -11,7 +11,7 @@ from camgeom.errors import DesignError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.sampling import Grid, sample
-from camgeom.solid import QuickPart, Solid
+from camgeom.solid import TOUCHED, QuickPart, Solid, eased, stated
 from camgeom.solid.blank import Blank, Bore, Wall, close_ends
 from camgeom.solid.builder import Builder, add_grid, band_cells, wrapped_faces
 from camgeom.track import TURN, Track
@@ -46,7 +46,7 @@ class GroovedCylinder(QuickPart):
         z = [column.wall(side, column.reach(side, section.level, self.radius))[2] for side in (1.0, -1.0)]
         return self.track.closed and float(np.min(z)) > 0.0 and float(np.max(z)) < self.length
 
-    def grid(self, tolerance: float) -> tuple[Grid, tuple[str, ...]]:
+    def grid(self, tolerance: float, free: float | None = None) -> tuple[Grid, tuple[str, ...]]:
         """The structured grid from the lower end ring to the upper one, and the name of each band."""
         section = self.section()
 
@@ -57,8 +57,8 @@ class GroovedCylinder(QuickPart):
             return np.concatenate([low, groove, high], axis=2)
 
         most = (1, *section.max_counts, 1)
-        grid = sample(rows, self.track.knots(), tolerance, most)
-        return grid, ("land", *section.names, "land")
+        names = ("land", *section.names, "land")
+        return sample(rows, self.track.knots(), tolerance, most, eased(names, tolerance, free)), names
 
     @staticmethod
     def land(edge: Floats, z: float, count: int) -> Floats:
@@ -68,11 +68,12 @@ class GroovedCylinder(QuickPart):
         rows[2] = z + (edge[2][:, None] - z) * share
         return np.asarray(rows)
 
-    def solid(self, tolerance: float) -> Solid:
+    def solid(self, tolerance: float, free: float | None = None) -> Solid:
         """Mesh directly. Raises DesignError where the topology is not that of a closed groove inside the cylinder."""
-        grid, names = self.grid(tolerance)
+        grid, names = self.grid(tolerance, free)
         self.check((grid.points[:, :, 1], grid.points[:, :, -2]))
-        return closed_body(self.name, grid, names, self.track.sense > 0, (0.0, self.length), self.blank, tolerance)
+        inward = self.track.sense > 0
+        return closed_body(self.name, grid, names, inward, (0.0, self.length), self.blank, tolerance, free)
 
     def check(self, edges: tuple[Floats, Floats]) -> None:
         """DesignError where the lower or the upper edge (3, n) leaves the drum or turns back."""
@@ -94,7 +95,7 @@ class RibbedCylinder(QuickPart):
     radius: float
     length: float
 
-    def solid(self, tolerance: float) -> Solid:
+    def solid(self, tolerance: float, free: float | None = None) -> Solid:
         """Mesh directly. Raises DesignError where the rib leaves the drum or its edges turn back or cross."""
         low_side, high_side = self.sides
         most = (1, 4000, 4000, 4000, 1)
@@ -112,10 +113,11 @@ class RibbedCylinder(QuickPart):
             stop = GroovedCylinder.land(down[:, :, -1], self.length, counts[4])[:, :, ::-1]
             return np.concatenate([start, up, top, down, stop], axis=2)
 
-        grid = sample(rows, self.lower.knots(), tolerance, most)
+        grid = sample(rows, self.lower.knots(), tolerance, most, eased(names, tolerance, free))
         ends = np.cumsum(grid.counts)
         self.check([grid.points[:, :, k] for k in (1, ends[0] + grid.counts[1], ends[2], ends[3])])
-        return closed_body(self.name, grid, names, self.lower.sense > 0, (0.0, self.length), self.blank, tolerance)
+        inward = self.lower.sense > 0
+        return closed_body(self.name, grid, names, inward, (0.0, self.length), self.blank, tolerance, free)
 
     @property
     def sides(self) -> tuple[float, float]:
@@ -161,7 +163,7 @@ class EndFaceRing(QuickPart):
     outer: float
     web: float
 
-    def solid(self, tolerance: float) -> Solid:
+    def solid(self, tolerance: float, free: float | None = None) -> Solid:
         """Mesh directly. Raises DesignError where an edge of the end face turns back, or cuts into the web."""
         names = ("land", "flank", "inside")
 
@@ -171,9 +173,9 @@ class EndFaceRing(QuickPart):
             stop = GroovedCylinder.land(face[:, :, -1], self.web, counts[2])[:, :, ::-1]
             return np.concatenate([start, face, stop], axis=2)
 
-        grid = sample(rows, self.track.knots(), tolerance, (1, 4000, 1))
+        grid = sample(rows, self.track.knots(), tolerance, (1, 4000, 1), eased(names, tolerance, free))
         self.check((grid.points[:, :, 1], grid.points[:, :, -2]))
-        return closed_body(self.name, grid, names, self.track.sense > 0, (0.0, self.web), self.blank, tolerance)
+        return closed_body(self.name, grid, names, self.track.sense > 0, (0.0, self.web), self.blank, tolerance, free)
 
     def face(self, column: Column, share: Floats) -> Floats:
         """Points (3, n, k) of the end face at shares (k,) or (n, k) of the way from its outer edge inwards."""
@@ -220,6 +222,7 @@ def closed_body(
     ends: tuple[float, float],
     blank: Blank,
     tolerance: float,
+    free: float | None,
 ) -> Solid:
     """Close a grid that runs once round the axis, from the lower end ring to the upper one, into a solid."""
     builder = Builder()
@@ -230,8 +233,10 @@ def closed_body(
     bottom, top = index[:, 0], index[:, -1]
     if inward:
         bottom, top = bottom[::-1], top[::-1]
-    close_ends(builder, bottom, top, ends[0], ends[1], blank.bore, tolerance)
-    return Solid(name, builder.mesh(), grid.chord_error, "direct", 0 if blank.bore is None else 1)
+    bored = close_ends(builder, bottom, top, ends[0], ends[1], blank.bore, free or tolerance)
+    errors = [(TOUCHED, grid.chord_error), ("land", grid.free_error or 0.0), ("bore", bored)]
+    error, free_error = stated(errors, free)
+    return Solid(name, builder.mesh(), error, "direct", 0 if blank.bore is None else 1, free_error)
 
 
 def drum_walls(tracks: tuple[Track, ...], radius: float, floor: float, length: float, bore: Bore | None) -> list[Wall]:

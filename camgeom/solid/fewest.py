@@ -15,7 +15,7 @@ import numpy as np
 
 from camgeom.maths import Floats
 from camgeom.maths.banded import Band, Banded, banded
-from camgeom.solid import Part, Solid
+from camgeom.solid import TOUCHED, Part, Solid, stated
 from camgeom.solid.blank import Blank, close_ends
 from camgeom.solid.builder import Builder
 from camgeom.solid.drum import EndFaceRing, GroovedCylinder, RibbedCylinder, on_cylinder, refuse_turned
@@ -31,33 +31,36 @@ Edge = Callable[[Floats], Floats]
 """points (3, n, 1) at angles (n,)"""
 
 
-def fewest(part: Part, tolerance: float) -> Solid:
-    """A drum's body with the fewest triangles; any other body as it makes itself."""
+def fewest(part: Part, tolerance: float, free: float | None = None) -> Solid:
+    """A drum's body with the fewest triangles; any other body as it makes itself.
+
+    free  mm, tolerance of the faces that no follower touches; None: the same
+    """
     if isinstance(part, GroovedCylinder):
-        return _grooved(part, tolerance)
+        return _grooved(part, tolerance, free)
     if isinstance(part, GroovedDrum):
-        return _grooves(part, tolerance)
+        return _grooves(part, tolerance, free)
     if isinstance(part, RibbedCylinder):
-        return _ribbed(part, tolerance)
+        return _ribbed(part, tolerance, free)
     if isinstance(part, EndFaceRing):
-        return _end_face(part, tolerance)
-    return part.solid(tolerance)
+        return _end_face(part, tolerance, free)
+    return part.solid(tolerance, free)
 
 
-def _grooved(body: GroovedCylinder, tolerance: float) -> Solid:
+def _grooved(body: GroovedCylinder, tolerance: float, free: float | None) -> Solid:
     """Raises DesignError where the topology is not that of a closed groove inside the cylinder."""
-    bands = drum_bands((body,), tolerance)
+    bands = _with_free(drum_bands((body,), tolerance), free)
     surface = banded(bands, body.track.knots())
     body.check((surface.edge(1), surface.edge(-2)))
-    return _closed(body.name, surface, bands, body.track, (0.0, body.length), body.blank, tolerance)
+    return _closed(body.name, surface, bands, body.track, (0.0, body.length), body.blank, tolerance, free)
 
 
-def _grooves(body: GroovedDrum, tolerance: float) -> Solid:
+def _grooves(body: GroovedDrum, tolerance: float, free: float | None) -> Solid:
     body.refuse_overlap()
-    bands = drum_bands(body.ordered, tolerance)
+    bands = _with_free(drum_bands(body.ordered, tolerance), free)
     surface = banded(bands, body.knots())
     refuse_turned([surface.edge(b) for b in range(1, len(bands))], "groove's")
-    return _closed(body.name, surface, bands, body.ordered[0].track, (0.0, body.length), body.blank, tolerance)
+    return _closed(body.name, surface, bands, body.ordered[0].track, (0.0, body.length), body.blank, tolerance, free)
 
 
 def drum_bands(rings: Sequence[GroovedCylinder], tolerance: float) -> list[Band]:
@@ -97,7 +100,12 @@ def _groove(ring: GroovedCylinder, tolerance: float) -> list[Band]:
     return own
 
 
-def _ribbed(body: RibbedCylinder, tolerance: float) -> Solid:
+def _with_free(bands: list[Band], free: float | None) -> list[Band]:
+    """The bands, those that no follower touches with a tolerance of their own."""
+    return [band if free is None or band.name == TOUCHED else replace(band, tolerance=free) for band in bands]
+
+
+def _ribbed(body: RibbedCylinder, tolerance: float, free: float | None) -> Solid:
     """Raises DesignError where the rib leaves the drum or its edges turn back or cross."""
     low, high = Columns(body.lower), Columns(body.upper)
     up, above = (partial(_rib_wall, body, columns, side) for columns, side in zip((low, high), body.sides))
@@ -114,16 +122,17 @@ def _ribbed(body: RibbedCylinder, tolerance: float) -> Solid:
         replace(_land(_along_axis(partial(_at_share, down, 1.0), body.length, down=True), falling), name="base",
                 sharp=True),
     ]  # fmt: skip
+    bands = _with_free(bands, free)
     surface = banded(bands, body.lower.knots())
     body.check([surface.edge(b) for b in (1, 2, 3, 4)])
-    return _closed(body.name, surface, bands, body.lower, (0.0, body.length), body.blank, tolerance)
+    return _closed(body.name, surface, bands, body.lower, (0.0, body.length), body.blank, tolerance, free)
 
 
 def _rib_wall(body: RibbedCylinder, columns: Columns, side: float, phi: Floats, u: Floats) -> Floats:
     return body.wall(columns.at(phi), side, u)
 
 
-def _end_face(body: EndFaceRing, tolerance: float) -> Solid:
+def _end_face(body: EndFaceRing, tolerance: float, free: float | None) -> Solid:
     """Raises DesignError where an edge of the end face turns back, or cuts into the web."""
     columns = Columns(body.track)
     flank = Band("flank", partial(columns.points, body.face), tolerance, even=True, sharp=True, source=columns)
@@ -132,9 +141,10 @@ def _end_face(body: EndFaceRing, tolerance: float) -> Solid:
         _land(_along_axis(outer, 0.0), flank), flank,
         replace(_land(_along_axis(inner, body.web, down=True), flank), name="inside", sharp=True),
     ]
+    bands = _with_free(bands, free)
     surface = banded(bands, body.track.knots())
     body.check((surface.edge(1), surface.edge(2)))
-    return _closed(body.name, surface, bands, body.track, (0.0, body.web), body.blank, tolerance)
+    return _closed(body.name, surface, bands, body.track, (0.0, body.web), body.blank, tolerance, free)
 
 
 class Columns:
@@ -229,7 +239,7 @@ def _at_share(at: Surface, share: float, phi: Floats) -> Floats:
 
 def _closed(
     name: str, surface: Banded, bands: Sequence[Band], track: Track, ends: tuple[float, float], blank: Blank,
-    tolerance: float,
+    tolerance: float, free: float | None,
 ) -> Solid:  # fmt: skip
     """Close bands that run once round the axis, from the lower end ring to the upper one, into a solid."""
     builder, inward = Builder(), track.sense > 0
@@ -239,5 +249,7 @@ def _closed(
     bottom, top = surface.edges[0], surface.edges[-1]
     if inward:
         bottom, top = bottom[::-1], top[::-1]
-    close_ends(builder, bottom, top, ends[0], ends[1], blank.bore, tolerance)
-    return Solid(name, builder.mesh(), surface.chord_error, "direct", 0 if blank.bore is None else 1)
+    bored = close_ends(builder, bottom, top, ends[0], ends[1], blank.bore, free or tolerance)
+    errors = [(band.name, error) for band, error in zip(bands, surface.errors)]
+    error, free_error = stated([*errors, ("bore", bored)], free)
+    return Solid(name, builder.mesh(), error, "direct", 0 if blank.bore is None else 1, free_error)

@@ -16,7 +16,7 @@ from camgeom.errors import Problem
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
-from camgeom.solid import QuickPart, Solid
+from camgeom.solid import QuickPart, Solid, stated
 from camgeom.solid.blank import Wall, chord_step
 from camgeom.solid.builder import Builder, Index, bounded, cap
 from camgeom.solid.prism import raised
@@ -204,19 +204,19 @@ class FramePlate(QuickPart):
         names = [side.name for side, each in zip(self.sides, points) for _ in each]
         return np.concatenate(points), names, self.corner * (1.0 - cos(0.25 * pi / parts))
 
-    def solid(self, tolerance: float) -> Solid:
-        """Mesh within the tolerance: planes are exact, corners and guide bores have a chord error."""
+    def solid(self, tolerance: float, free: float | None = None) -> Solid:
+        """Mesh within the tolerance: planes are exact, corners and guide bores have a chord error, and are all free."""
         builder, (low, high) = Builder(), self.levels
-        polygon, names, error = self.polygon(tolerance)
-        window = raised(builder, polygon, names, low, high, True, error)
+        polygon, names, error = self.polygon(free or tolerance)
+        window = raised(builder, polygon, names, low, high, True, ("corner", error))
         corners = [builder.add(np.column_stack([self.outside, np.full(4, z)])) for z in (low, high)]
         for ring, hole, up in ((corners[0], window.low, False), (corners[1], window.high, True)):
             cap(builder, [ring, hole], [self.outside, window.plane], "end", up)
         for a, b in ((0, 1), (2, 3)):
             (i, j), (k, m) = corners[0][[a, b]], corners[1][[a, b]]
             builder.faces(np.array([[i, j, m], [i, m, k]]), "outside")
-        error = max(error, self._bored(builder, corners, tolerance))
-        return Solid(self.name, builder.mesh(), error, "direct", 1 + len(self.rods))
+        error, free_error = stated([("corner", max(error, self._bored(builder, corners, free or tolerance)))], free)
+        return Solid(self.name, builder.mesh(), error, "direct", 1 + len(self.rods), free_error)
 
     def _bored(self, builder: Builder, corners: list[Index], tolerance: float) -> float:
         """Add both ends with the guide bores between them; returns the chord error of the bores, mm."""

@@ -12,7 +12,7 @@ from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.sampling import sample
-from camgeom.solid import QuickPart, Solid
+from camgeom.solid import QuickPart, Solid, eased
 from camgeom.solid.blank import Blank, Wall
 from camgeom.solid.drum import GroovedCylinder, closed_body, edge_at, height_above, on_cylinder, refuse_turned
 from camgeom.track import TURN
@@ -83,7 +83,7 @@ class GroovedDrum(QuickPart):
             if land.thickness <= 0.0:
                 raise DesignError(f"{land.name}: the grooves run into each other, so they bound no body; {land.advice}")
 
-    def solid(self, tolerance: float) -> Solid:
+    def solid(self, tolerance: float, free: float | None = None) -> Solid:
         """Mesh directly. Raises DesignError where a groove runs out of an end face or into the next one."""
         self.refuse_overlap()
         rings = self.ordered
@@ -109,11 +109,11 @@ class GroovedDrum(QuickPart):
             parts.append(GroovedCylinder.land(edge, self.length, counts[-1])[:, :, ::-1])
             return np.concatenate(parts, axis=2)
 
-        grid = sample(rows, self.knots(), tolerance, (*most[:-1], 1))
+        grid = sample(rows, self.knots(), tolerance, (*most[:-1], 1), eased(names, tolerance, free))
         ends = np.cumsum(grid.counts)[:-1]
         refuse_turned([grid.points[:, :, k] for k in ends], "groove's")
         sense = rings[0].track.sense
-        return closed_body(self.name, grid, names, sense > 0, (0.0, self.length), self.blank, tolerance)
+        return closed_body(self.name, grid, names, sense > 0, (0.0, self.length), self.blank, tolerance, free)
 
 
 def _land(below: Floats, above: Floats, phi: Floats) -> tuple[float, float]:

@@ -26,16 +26,16 @@ def refuse_overlap(part: Part, solid: Solid) -> None:
     edges = outline(solid.mesh)
     coarse = COARSE * float(np.ptp(solid.mesh.vertices, axis=0).max())
     if edges is not None:
-        if not outlines_cross(solid.mesh, edges, MARGIN * solid.chord_error):
+        if not outlines_cross(solid.mesh, edges, MARGIN * solid.largest_error):
             return
-    elif coarse > 2.0 * solid.chord_error:
+    elif coarse > 2.0 * solid.largest_error:
         try:
             rough = part.rough(coarse)
         except (DesignError, NotConverged):
             rough = solid
-        if not len(crossings(rough.mesh, MARGIN * rough.chord_error)):
+        if not len(crossings(rough.mesh, MARGIN * rough.largest_error)):
             return
-    pairs = crossings(solid.mesh, MARGIN * solid.chord_error)
+    pairs = crossings(solid.mesh, MARGIN * solid.largest_error)
     if not len(pairs):
         return
     x, y, z = solid.mesh.vertices[solid.mesh.faces[pairs[0]]].mean(axis=(0, 1))

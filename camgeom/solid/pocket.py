@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from camgeom.immutable import immutable
-from camgeom.solid import QuickPart, Solid
+from camgeom.solid import QuickPart, Solid, stated
 from camgeom.solid.builder import Builder, cap
 from camgeom.solid.prism import Loop, wall
 
@@ -18,12 +18,13 @@ class PocketPlate(QuickPart):
     floor: float
     top: float
 
-    def solid(self, tolerance: float) -> Solid:
+    def solid(self, tolerance: float, free: float | None = None) -> Solid:
         """Mesh within the tolerance. Raises DesignError where the outlines cross."""
         builder = Builder()
-        rim = wall(builder, self.rim, 0.0, self.top, tolerance, inside=False)
-        pocket = wall(builder, self.pocket, self.floor, self.top, tolerance, inside=True)
+        rim = wall(builder, self.rim, 0.0, self.top, tolerance, False, free)
+        pocket = wall(builder, self.pocket, self.floor, self.top, tolerance, True, free)
         cap(builder, [rim.high, pocket.high], [rim.plane, pocket.plane], "end", up=True)
         cap(builder, [pocket.low[::-1]], [pocket.foot[::-1]], "floor", up=True)
         cap(builder, [rim.low], [rim.plane], "end", up=False)
-        return Solid(self.name, builder.mesh(), max(rim.error, pocket.error), "direct", 0)
+        error, free_error = stated([*rim.errors, *pocket.errors], free)
+        return Solid(self.name, builder.mesh(), error, "direct", 0, free_error)

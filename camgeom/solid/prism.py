@@ -11,7 +11,7 @@ from camgeom.errors import DesignError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import bracketed_maximum
-from camgeom.solid import QuickPart, Solid
+from camgeom.solid import TOUCHED, QuickPart, Solid, eased, stated
 from camgeom.solid.blank import Bore, Wall
 from camgeom.solid.builder import (
     Builder,
@@ -55,17 +55,18 @@ class Prism(QuickPart):
     holes: tuple[Loop, ...] = ()
     bore: Bore | None = None
 
-    def solid(self, tolerance: float) -> Solid:
+    def solid(self, tolerance: float, free: float | None = None) -> Solid:
         """Mesh within the tolerance. Raises DesignError where the outline crosses itself or a hole."""
         builder = Builder()
-        walls = [wall(builder, self.outer, self.z0, self.z1, tolerance, inside=False)]
-        walls += [wall(builder, hole, self.z0, self.z1, tolerance, inside=True) for hole in self.holes]
+        walls = [wall(builder, self.outer, self.z0, self.z1, tolerance, False, free)]
+        walls += [wall(builder, hole, self.z0, self.z1, tolerance, True, free) for hole in self.holes]
         if self.bore is not None:
-            walls.append(bore_wall(builder, self.bore, self.z0, self.z1, tolerance))
+            walls.append(bore_wall(builder, self.bore, self.z0, self.z1, free or tolerance))
         triangles = bounded([w.plane for w in walls])
         builder.faces(np.concatenate([w.high for w in walls])[triangles], "end")
         builder.faces(np.concatenate([w.low for w in walls])[triangles][:, ::-1], "end")
-        return Solid(self.name, builder.mesh(), max(w.error for w in walls), "direct", len(walls) - 1)
+        error, free_error = stated([pair for w in walls for pair in w.errors], free)
+        return Solid(self.name, builder.mesh(), error, "direct", len(walls) - 1, free_error)
 
 
 @immutable
@@ -107,14 +108,14 @@ class FaceGroove:
         z = self.foot - self.way * self.root * np.sin(angle)
         return np.concatenate([flat, np.broadcast_to(z, (1, *flat.shape[1:]))])
 
-    def flank(self, builder: Builder, loop: Loop, tolerance: float) -> LoopWall:
+    def flank(self, builder: Builder, loop: Loop, tolerance: float, free: float | None) -> LoopWall:
         """Add one flank with its root: its upper ring is at the mouth, its lower one at the floor."""
         inside = loop is self.outer
         if not self.root:
             low, high = sorted((self.floor, self.top))
-            made = wall(builder, loop, low, high, tolerance, inside)
+            made = wall(builder, loop, low, high, tolerance, inside, free)
             return made if self.way > 0.0 else replace(made, low=made.high, high=made.low)
-        grid, names = self.rounded(loop, tolerance), ("root", loop.name)
+        grid, names = self.rounded(loop, tolerance, free), ("root", loop.name)
         index = add_grid(builder, grid.points[:, :-1], grid.counts, names, tolerance)
         top, foot = grid.points[:2, :-1, -1].T, grid.points[:2, :-1, 0].T
         turned = (polygon_area(top) < 0.0) != inside
@@ -122,9 +123,10 @@ class FaceGroove:
         for band, name in enumerate(names):
             builder.faces(faces[band_cells(grid.counts, band)].reshape(-1, 3), name)
         way = -1 if turned else 1
-        return LoopWall(top[::way], index[::way, 0], index[::way, -1], grid.chord_error, foot[::way])
+        errors = ((loop.name, grid.chord_error), ("root", grid.free_error or 0.0))
+        return LoopWall(top[::way], index[::way, 0], index[::way, -1], errors, foot[::way])
 
-    def rounded(self, loop: Loop, tolerance: float) -> Grid:
+    def rounded(self, loop: Loop, tolerance: float, free: float | None = None) -> Grid:
         """A root from the floor and the flank beyond it as one grid within the tolerance."""
         from camgeom.maths.sampling import sample
 
@@ -134,7 +136,8 @@ class FaceGroove:
             flank[2] = self.foot + (self.top - self.foot) * np.arange(1, counts[1] + 1) / counts[1]
             return np.concatenate([root, flank], axis=2)
 
-        return sample(rows, loop.outline.knots(), tolerance, (4000, 1))
+        ease = eased(("root", loop.name), tolerance, free)
+        return sample(rows, loop.outline.knots(), tolerance, (4000, 1), ease)
 
 
 @immutable
@@ -158,57 +161,60 @@ class GroovedPlate(QuickPart):
             if place.thickness <= 0.0:
                 raise DesignError(f"{place.name}: nothing is left, so the tracks bound no body; {place.advice}")
 
-    def solid(self, tolerance: float) -> Solid:
+    def solid(self, tolerance: float, free: float | None = None) -> Solid:
         """Mesh within the tolerance. Raises DesignError where outlines cross or a wall is gone."""
         self.refuse_open()
         builder = Builder()
-        rim = wall(builder, self.rim, self.z0, self.z1, tolerance, inside=False)
-        hole = [] if self.bore is None else [bore_wall(builder, self.bore, self.z0, self.z1, tolerance)]
-        errors, open_faces = [w.error for w in (rim, *hole)], {1.0, -1.0}
+        rim = wall(builder, self.rim, self.z0, self.z1, tolerance, False, free)
+        hole = [] if self.bore is None else [bore_wall(builder, self.bore, self.z0, self.z1, free or tolerance)]
+        walls, open_faces = [rim, *hole], {1.0, -1.0}
         for groove in self.grooves:
             up = groove.way > 0.0
-            outer, inner = (groove.flank(builder, loop, tolerance) for loop in (groove.outer, groove.inner))
+            outer, inner = (groove.flank(builder, loop, tolerance, free) for loop in (groove.outer, groove.inner))
             side = [w.high if up else w.low for w in (rim, *hole)]
             cap(builder, [side[0], outer.high], [rim.plane, outer.plane], "end", up)
             cap(builder, [inner.high, *side[1:]], [inner.plane, *(w.plane for w in hole)], "end", up)
             # The floor lies between the flanks' feet: its outer boundary is the outer flank, its hole the inner one.
             feet = [outer.low[::-1], inner.low[::-1]]
             cap(builder, feet, [outer.foot[::-1], inner.foot[::-1]], "floor", up)
-            errors += [outer.error, inner.error]
+            walls += [outer, inner]
             open_faces.discard(groove.way)
         for way in open_faces:
             rings = [w.high if way > 0.0 else w.low for w in (rim, *hole)]
             cap(builder, rings, [w.plane for w in (rim, *hole)], "end", way > 0.0)
-        return Solid(self.name, builder.mesh(), max(errors), "direct", len(hole))
+        error, free_error = stated([pair for w in walls for pair in w.errors], free)
+        return Solid(self.name, builder.mesh(), error, "direct", len(hole), free_error)
 
 
 @immutable
 class LoopWall:
     """A wall over a closed polygon: its plane points (n, 2), counter-clockwise (clockwise round a hole), its lower and
-    upper ring of vertices, its chord error, mm, and the plane points of its lower ring."""
+    upper ring of vertices, the chord errors of its named faces, mm, and the plane points of its lower ring."""
 
     plane: Floats
     low: Index
     high: Index
-    error: float
+    errors: tuple[tuple[str, float], ...]
     foot: Floats
 
 
-def wall(builder: Builder, loop: Loop, z0: float, z1: float, tolerance: float, inside: bool) -> LoopWall:
+def wall(
+    builder: Builder, loop: Loop, z0: float, z1: float, tolerance: float, inside: bool, free: float | None = None
+) -> LoopWall:
     """Add the wall of an outline between two heights; `inside` for the wall of a hole."""
-    grid = outline_grid(loop.outline, tolerance)
+    grid = outline_grid(loop.outline, tolerance if loop.name == TOUCHED else free or tolerance)
     plane = grid.points[:2, :-1, 0].T
-    return raised(builder, plane, [loop.name] * len(plane), z0, z1, inside, grid.chord_error)
+    return raised(builder, plane, [loop.name] * len(plane), z0, z1, inside, (loop.name, grid.chord_error))
 
 
 def bore_wall(builder: Builder, bore: Bore, z0: float, z1: float, tolerance: float) -> LoopWall:
     """Add the wall of a bore with its keyway."""
     plane, names = bore.outline(tolerance)
-    return raised(builder, plane, names, z0, z1, True, min(tolerance, 0.5 * bore.diameter))
+    return raised(builder, plane, names, z0, z1, True, ("bore", bore.sag(tolerance)))
 
 
 def raised(
-    builder: Builder, plane: Floats, names: list[str], z0: float, z1: float, inside: bool, error: float
+    builder: Builder, plane: Floats, names: list[str], z0: float, z1: float, inside: bool, error: tuple[str, float]
 ) -> LoopWall:
     if (polygon_area(plane) < 0.0) != inside:
         plane, names = plane[::-1].copy(), [*names[::-1][1:], names[-1]]
@@ -219,7 +225,7 @@ def raised(
         mask = np.array([n == name for n in names])
         builder.faces(np.stack([low, low2, high2], axis=1)[mask], name)
         builder.faces(np.stack([low, high2, high], axis=1)[mask], name)
-    return LoopWall(plane, low, high, error, plane)
+    return LoopWall(plane, low, high, (error,), plane)
 
 
 def outline_grid(outline: Outline, tolerance: float) -> Grid:

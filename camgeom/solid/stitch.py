@@ -9,7 +9,7 @@ carried on beyond the blank's ends, where the finished surface is cut off.
 from __future__ import annotations
 
 from dataclasses import replace
-from math import ceil
+from math import ceil, cos
 
 import numpy as np
 import numpy.typing as npt
@@ -30,7 +30,7 @@ from camgeom.maths.sampling import (
     sample_surface,
     strip_sags,
 )
-from camgeom.solid import ENDS_CUT, Solid
+from camgeom.solid import ENDS_CUT, TOUCHED, Solid, eased, stated
 from camgeom.solid.blank import Blank, bore_walls, chord_step
 from camgeom.solid.builder import Builder, Index, cell_faces, filled
 from camgeom.solid.ends import Addresses, EndCut
@@ -216,19 +216,24 @@ def groove_solid(
     expected_genus: int,
     tolerance: float,
     straight: bool = False,
+    free: float | None = None,
 ) -> Solid:
     """A blank whose outline edge `edge` is cut by grooves; sections end on that edge's surface.
 
     straight  cut the facets at the cam's ends as they are, which is quicker and leaves the error there unmeasured
+    free      mm, tolerance of all faces but flanks; None: the same
     Raises NotOneSurface where the topology is not that of separate grooves, NotConverged as `sample_surface` does.
     """
-    aim = tolerance
+    aim, wide = tolerance, free
     for _ in range(TRIES):
-        solid = _groove_solid(name, blank, edge, sections, expected_genus, aim, straight)
-        if straight or solid.chord_error <= tolerance:
+        solid = _groove_solid(name, blank, edge, sections, expected_genus, aim, straight, wide)
+        over = solid.chord_error / tolerance
+        over_free = 0.0 if free is None or solid.free_error is None else solid.free_error / free
+        if straight or max(over, over_free) <= 1.0:
             break
         # Facets at the cam's ends, whose cells were not measured as a whole.
-        aim *= 0.95 * tolerance / solid.chord_error
+        aim *= 0.95 / over if over > 1.0 else 1.0
+        wide = wide and max(aim, wide * (0.95 / over_free if over_free > 1.0 else 1.0))
     return solid
 
 
@@ -240,6 +245,7 @@ def _groove_solid(
     expected_genus: int,
     tolerance: float,
     straight: bool,
+    free: float | None,
 ) -> Solid:
     land = land_of(blank, edge)
     if land is None:
@@ -247,8 +253,9 @@ def _groove_solid(
     low, high = blank.outline[edge][1], blank.outline[edge + 1][1]
     surface = TurretSurface(sections, land, low, high)
     knots = replace(sections[0].track, span=(0.0, TURN)).knots()
-    rounds = sample_surface(surface, knots, (1.0 - ON_PLANE) * tolerance, surface.most)
-    whole, sag = stitched(surface, rounds, (1.0 - ON_PLANE) * tolerance)
+    ease = eased((*surface.names, "land"), tolerance, free)
+    rounds = sample_surface(surface, knots, (1.0 - ON_PLANE) * tolerance, surface.most, ease)
+    whole, sag = stitched(surface, rounds, (1.0 - ON_PLANE) * (free or tolerance))
     points, cut = whole.points, whole.crossing(low, high, ON_PLANE * tolerance)
     faces, label = whole.faces[cut], whole.label[cut]
     grooves = rounds.strips[: len(sections)]
@@ -264,17 +271,20 @@ def _groove_solid(
         fresh[moved] = True
         points, at, faces, label = ends.clipped(points, at, faces, label, height, sign)
         fresh = np.append(fresh, np.ones(len(points) - len(fresh), dtype=bool))
-    cut_sag = 0.0
+    errors = [(TOUCHED, rounds.errors[0] + ON_PLANE * tolerance), ("land", sag + ON_PLANE * tolerance)]
+    errors += [("floor", error + ON_PLANE * tolerance) for error in rounds.errors[1:] if error is not None]
     if not straight:
         beside = fresh[faces].any(axis=1)
-        cut_sag = ends.sag(points, at, faces[beside], label[beside] == whole.names.index("land"))
+        for k, group in enumerate(whole.names):
+            own = beside & (label == k)
+            errors.append((group, ends.sag(points, at, faces[own], np.full(own.sum(), group == "land"))))
     builder = Builder()
     builder.add(points)
     for k, group in enumerate(whole.names):
         builder.faces(np.concatenate([whole.faces[~cut & (whole.label == k)], faces[label == k]]), group)
-    _close(builder, points, faces, blank, edge, tolerance)
-    error = max(max(rounds.worst, sag) + ON_PLANE * tolerance, cut_sag)
-    return Solid(name, builder.mesh(), error, ENDS_CUT, expected_genus)
+    errors.append(("bore", _close(builder, points, faces, blank, edge, free or tolerance)))
+    error, free_error = stated(errors, free)
+    return Solid(name, builder.mesh(), error, ENDS_CUT, expected_genus, free_error)
 
 
 @immutable
@@ -339,11 +349,12 @@ def _groove_faces(
     return cells.reshape(-1, 3), np.repeat(np.broadcast_to(bands, on.shape)[on], 2)
 
 
-def _close(builder: Builder, points: Floats, faces: Index, blank: Blank, edge: int, tolerance: float) -> None:
-    """Add the flat ends with hubs and bore."""
-    outline = blank.outline
+def _close(builder: Builder, points: Floats, faces: Index, blank: Blank, edge: int, tolerance: float) -> float:
+    """Add the flat ends with hubs and bore; returns the chord error of these, mm."""
+    outline, error = blank.outline, 0.0
     holes: tuple[Index | None, Index | None] = None, None
     if blank.bore is not None:
+        error = blank.bore.sag(tolerance)
         holes = bore_walls(builder, blank.bore, outline[0][1], outline[-1][1], tolerance)[:2]
     for upper in (False, True):
         height = outline[edge + 1 if upper else edge][1]
@@ -359,10 +370,15 @@ def _close(builder: Builder, points: Floats, faces: Index, blank: Blank, edge: i
         else:
             flat(builder, rings, hub[0], upper)
             flat(builder, [hub[1]], hole, upper)
+            error = max(error, hub[2])
+    return error
 
 
-def _hub(builder: Builder, blank: Blank, edge: int, upper: bool, tolerance: float) -> tuple[Index, Index] | None:
-    """Add the walls of what the outline has beyond one end; its rings there and at its far side; None for nothing."""
+def _hub(
+    builder: Builder, blank: Blank, edge: int, upper: bool, tolerance: float
+) -> tuple[Index, Index, float] | None:
+    """Add the walls of what the outline has beyond one end; its rings there and at its far side, and the chord error,
+    mm; None for nothing."""
     outline = blank.outline[edge + 1 :] if upper else blank.outline[edge::-1]
     if len(outline) == 1:
         return None
@@ -371,13 +387,14 @@ def _hub(builder: Builder, blank: Blank, edge: int, upper: bool, tolerance: floa
     beyond = slice(edge + 1, None) if upper else slice(edge - 1 if edge else None, None, -1)
     if outline[1][1] != outline[0][1] or any(arc is not None for arc in arcs[beyond]):
         raise NotOneSurface("the cam's end is not flat, or its hubs are not straight")
-    parts = max(12, ceil(TURN / chord_step(max(r for r, _ in outline[1:]), tolerance)))
+    largest = max(r for r, _ in outline[1:])
+    parts = max(12, ceil(TURN / chord_step(largest, tolerance)))
     angle = TURN * np.arange(parts) / parts
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     rings = [builder.add(np.column_stack([r * circle, np.full(parts, z)])) for r, z in outline[1:]]
     for near, far, group in zip(rings[:-1], rings[1:], names[beyond][1:]):
         builder.band(*((near, far) if upper else (far, near)), group)
-    return rings[0], rings[-1]
+    return rings[0], rings[-1], largest * (1.0 - cos(0.5 * TURN / parts))
 
 
 def flat(builder: Builder, rings: list[Index], hole: Index | None, up: bool) -> None:

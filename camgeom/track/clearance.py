@@ -171,13 +171,16 @@ def floor_points(mesh: Mesh) -> Floats:
     return _middles(mesh.vertices, _edges(mesh, "floor"))
 
 
-def facet_points(mesh: Mesh, points: Floats, among: npt.NDArray[np.bool_] | None = None) -> Floats:
+def facet_points(
+    mesh: Mesh, points: Floats, among: npt.NDArray[np.bool_] | None = None, inner: bool = False
+) -> Floats:
     """Middles (e, 3) of edges of flank faces, whose vertices stand at `points` (v, 3): where facets stand proud most.
 
     Of many edges the longest, which have the largest sag, and as many others from all over the flanks.
     among  (v,) both ends of the edges are such vertices
+    inner  without edges at which other faces begin: the chord of a coarser face runs aside within the flank's surface
     """
-    edges = _edges(mesh, "flank")
+    edges = _edges(mesh, "flank", inner)
     if among is not None:
         edges = edges[among[edges].all(axis=1)]
     if len(edges) > 2 * FACETS:
@@ -202,14 +205,18 @@ def thinned(count: int, most: int) -> npt.NDArray[np.int64]:
     return np.sort(np.argpartition(mixed ^ (mixed >> np.uint64(31)), most)[:most])
 
 
-def _edges(mesh: Mesh, group: str) -> npt.NDArray[np.int64]:
-    """Edges (e, 2) of the faces of one group, each once."""
+def _edges(mesh: Mesh, group: str, inner: bool = False) -> npt.NDArray[np.int64]:
+    """Edges (e, 2) of the faces of one group, each once; only those between two of them where `inner`."""
     faces = mesh.faces[mesh.group_faces(group)]
     if not len(faces):
         return np.zeros((0, 2), dtype=np.int64)
     low, high = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1).T
     count = len(mesh.vertices)
-    edges = distinct(low.astype(np.int64) * count + high)
+    keys = low.astype(np.int64) * count + high
+    if inner:
+        keys = np.sort(keys)
+        keys = keys[1:][keys[1:] == keys[:-1]]
+    edges = distinct(keys)
     return np.stack([edges // count, edges % count], axis=1)
 
 

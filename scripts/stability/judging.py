@@ -137,8 +137,10 @@ def _verify_bodies(model: Model, data: dict[str, Any], rng: np.random.Generator,
             raise Failure(f"{pieces} pieces of genus {genus} where 1 of {oracle.genus} is expected, and no finding")
         if solid.chord_error > model.tolerance * (1.0 + 1e-9):
             raise Failure(f"chord error {solid.chord_error:g} above the tolerance {model.tolerance:g}")
-        error, depth = _surface(mesh, oracle, model.tolerance, rng, size)
-        worst, deepest = max(worst, error / model.tolerance), max(deepest, depth / model.tolerance)
+        if (solid.free_error or 0.0) > model.free_tolerance * (1.0 + 1e-9):
+            raise Failure(f"free chord error {solid.free_error:g} above the tolerance {model.free_tolerance:g}")
+        error, depth = _surface(mesh, oracle, (model.tolerance, model.free_tolerance), rng)
+        worst, deepest = max(worst, error), max(deepest, depth)
     slack = 1.0 + ROUNDING * size / model.tolerance
     if deepest > slack and not spoken:
         raise Failure(f"the follower cuts {deepest:.6g} tolerances deep into the body, and no finding says so")
@@ -188,8 +190,11 @@ def _verify_interference(model: Model, judges: list[Any]) -> None:
         raise Failure(f"an interference of {found.value:g} mm is reported where the oracle sees {depth:g} mm")
 
 
-def _surface(mesh: Any, oracle: Any, tolerance: float, rng: np.random.Generator, size: float) -> tuple[float, float]:
-    """Largest distance of sampled points from both blank and follower, and deepest place inside the follower, mm."""
+def _surface(
+    mesh: Any, oracle: Any, tolerances: tuple[float, float], rng: np.random.Generator
+) -> tuple[float, float]:
+    """Largest distance of sampled points from both blank and follower, and deepest place inside the follower: over the
+    tolerance of the faces they are on, flanks or others."""
     names = np.array(mesh.groups)[mesh.group if mesh.group is not None else np.zeros(len(mesh.faces), int)]
     area = mesh.face_areas
     cut = np.isin(names, ("flank", "edge", "root", "floor"))
@@ -206,7 +211,27 @@ def _surface(mesh: Any, oracle: Any, tolerance: float, rng: np.random.Generator,
     touch = np.maximum(oracle.least(x, loose=True), 0.0) if oracle.loose else np.abs(depth)
     off = np.minimum(touch, oracle.blank(x))
     off[np.isin(names[faces], oracle.floors)] = 0.0
-    return float(off.max()), float(max(0.0, -depth.min()))
+    strict = names[faces] == "flank"
+    if tolerances[1] > tolerances[0] and strict.any():
+        # Beside a free face a flank ends at a chord of its edge, which runs aside of that within the flank's surface.
+        strict[strict] = rim_distance(mesh, names == "flank", x[strict]) > tolerances[1]
+    allowed = np.where(strict, *tolerances)
+    return float((off / allowed).max()), float(max(0.0, -(depth / allowed).min()))
+
+
+def rim_distance(mesh: Any, inside: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Distance (n,) of points (n, 3) from the edges between the faces `inside` (f,) and all others, mm."""
+    own, rest = (np.sort(mesh.faces[on][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)) for on in (inside, ~inside))
+    count = np.int64(len(mesh.vertices))
+    keys = np.intersect1d(*(pairs[:, 0] * count + pairs[:, 1] for pairs in (own, rest)))
+    found = np.full(len(x), np.inf)
+    for block in np.array_split(keys, max(1, len(keys) // 4000)):
+        start, stop = mesh.vertices[block // count], mesh.vertices[block % count]
+        way, to = stop - start, x[:, None] - start
+        share = np.clip((to * way).sum(axis=2) / np.maximum((way * way).sum(axis=1), 1e-300), 0.0, 1.0)
+        away = to - share[:, :, None] * way
+        found = np.minimum(found, np.sqrt((away * away).sum(axis=2)).min(axis=1, initial=np.inf))
+    return found
 
 
 def topology(mesh: Any) -> tuple[bool, int, int]:

@@ -554,6 +554,8 @@ def _output(dice: Dice, size: float, pictures: float) -> Data:
     output["formats"] = formats or ["stl"]
     if dice.likely(0.1):
         output["undercut_solid"] = True
+    if dice.likely(0.1):
+        output["free_tolerance"] = min(1.0, 10.0 * output["tolerance"])
     return output
 
 

@@ -40,11 +40,12 @@ def test_the_judge_sees_a_surface_that_is_off(by, passes):
     # Cut away by a few tolerances on the flank alone.
     vertices[flank, :2] *= 1.0 - by * model.tolerance / np.hypot(*vertices[flank, :2].T).min()
     moved = Mesh(vertices, mesh.faces, mesh.groups, mesh.group)
-    off, depth = _surface(moved, oracle, model.tolerance, np.random.default_rng(1), 1.0)
-    assert (off <= 1.001 * model.tolerance) == passes
+    tolerances = model.tolerance, model.free_tolerance
+    off, depth = _surface(moved, oracle, tolerances, np.random.default_rng(1))
+    assert (off <= 1.001) == passes
     grown = Mesh(mesh.vertices * [1.0 + 0.1 * by, 1.0 + 0.1 * by, 1.0], mesh.faces, mesh.groups, mesh.group)
-    assert (_surface(grown, oracle, model.tolerance, np.random.default_rng(1), 1.0)[1] <= model.tolerance) == passes
-    assert depth <= model.tolerance
+    assert (_surface(grown, oracle, tolerances, np.random.default_rng(1))[1] <= 1.0) == passes
+    assert depth <= 1.0
 
 
 def test_the_judge_counts_holes_and_pieces():

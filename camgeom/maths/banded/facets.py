@@ -73,13 +73,19 @@ class Banded:
 
     points  (3, v), faces (f, 3) turning from phi to u, and the band (f,) of each
     edges   vertices of every edge of a band, from the first one's u = 0 to the last one's u = 1, by rising phi
+    errors  (b,) largest chord error of each band, mm
     """
 
     points: Floats
     faces: Corners
     band: Index
     edges: tuple[Index, ...]
-    chord_error: float
+    errors: tuple[float, ...]
+
+    @property
+    def chord_error(self) -> float:
+        """Largest of all bands, mm."""
+        return max(self.errors)
 
     def edge(self, b: int) -> Floats:
         """Points (3, n) of an edge, by rising phi."""
@@ -119,7 +125,7 @@ class Facets:
         """Most that facets may be off where they are measured, mm, (q,)."""
         return np.asarray(self.room[self.band[ask]])
 
-    def finished(self, error: float) -> Banded:
+    def finished(self, errors: tuple[float, ...]) -> Banded:
         """What stands, without vertices that nothing uses."""
         stands = np.flatnonzero(self.stands)
         corner = self.corner.take(stands, axis=0)
@@ -128,7 +134,7 @@ class Facets:
         number = (np.cumsum(used) - 1).astype(np.int32)
         edges = tuple(np.split(number[self.rings].astype(np.int64), self.begin[1:-1]))
         points = self.points.take(np.flatnonzero(used), axis=1)
-        return Banded(points, number[corner], self.band[stands], edges, error)
+        return Banded(points, number[corner], self.band[stands], edges, errors)
 
 
 @immutable
@@ -173,8 +179,9 @@ def within(bands: Sequence[Band], measured: Measured) -> Banded:
     mark = measured.mark & facets.stands[over]
     for _ in range(ROUNDS):
         if not mark.any():
-            share = float((sag / facets.rooms(slice(None)))[facets.stands].max())
-            return facets.finished(share * max(band.tolerance for band in bands))
+            share = np.zeros(len(bands))
+            np.maximum.at(share, facets.band[facets.stands], (sag / facets.rooms(slice(None)))[facets.stands])
+            return facets.finished(tuple(float(own) * band.tolerance for own, band in zip(share, bands)))
         facets = _split(facets, over, mids, mark)
         over = np.arange(len(sag), len(facets.band))
         mids = _middles(bands, facets, over)

@@ -186,6 +186,7 @@ def solid_data(model: Model) -> dict[str, Any]:
                 "area_mm2": mesh.area,
                 "triangles": len(mesh.faces),
                 "chord_error_mm": solid.chord_error,
+                **({} if solid.free_error is None else {"free_chord_error_mm": solid.free_error}),
                 "genus": mesh.genus,
                 "mass_kg": mass.mass,
                 "method": solid.method,

@@ -85,7 +85,9 @@ def headed(
     if operation is not None:
         states = f", fastest of {len(profile.duty)} operating states" if profile.duty else ""
         details.append(("Cam speed", f"{number(profile.fastest or 0.0)} r/min{states}"))
-    details.append(("Mesh tolerance", f"{number(model.tolerance)} mm"))
+    fine, free = model.tolerance, model.free_tolerance
+    coarse = f", {number(free)} mm where nothing touches" if free > fine else ""
+    details.append(("Mesh tolerance", f"{number(fine)} mm{coarse}"))
     form = model.mechanism.form
     kind = f"{profile.kind.replace('-', ' ')} cam{f', {form}' if form else ''}, {profile.follower.kind} follower"
     if verdict is None or not verdict.findings:

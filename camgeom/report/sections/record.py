@@ -101,6 +101,9 @@ def solid_rows(model: Model) -> list[tuple[Cell, ...]]:
                 "mm",
             )
         )
+        if solid.free_error is not None:
+            free = f"Mesh of {solid.name}, faces that nothing touches"
+            rows.append(_row(free, "sagitta of every edge", solid.free_error, model.free_tolerance, "mm"))
     for found in model.clearances:
         name = f"{'Face' if model.mechanism.sliders else 'Roller'} of {found.where} against the mesh"
         if np.isfinite(found.value):
