@@ -290,7 +290,10 @@ def edge_at(column: Column, side: float, outside: Floats, depth: float, radius: 
     outside  parameters (n, 1) at which the flank meets the outside, a cylinder of the drum's radius
     """
     share = (depth - column.track.tip) / (radius - column.track.tip)
-    tip = column.track.meridian.parameter(column.track.tip)
+    if column.ball_ended and share == 0.0:
+        # Both flanks of a ball end where they meet.
+        return column.ball_bottom()
+    tip = column.bottom_t() if column.ball_ended else column.track.meridian.parameter(column.track.tip)
     return column.wall(side, tip + share * (outside - tip))[:, :, 0]
 
 
