@@ -145,9 +145,11 @@ def _land(below: Floats, above: Floats, phi: Floats) -> tuple[float, float]:
     apart = (np.arange(count) - first[:, None] + count // 2) % count - count // 2
     most = int(np.abs(apart[rough - reach[:, None] - longest <= least]).max())
     segments = (first[near[rows], None] + np.arange(-most, most + 1)) % count
-    d, along = flat[0][:, rows, None] - start[:, segments], along[:, segments]
+    d, along = flat[0][:, rows, None] - start.take(segments, axis=1), along.take(segments, axis=1)
     d[0] -= turn * np.rint(d[0] / turn)
-    d -= np.clip((d * along).sum(axis=0) / square[segments], 0.0, 1.0) * along
-    distance = np.hypot(*d).min(axis=1)
+    share = np.einsum("kij,kij->ij", d, along)
+    share /= square.take(segments)
+    d -= np.clip(share, 0.0, 1.0, out=share) * along
+    distance = np.einsum("kij,kij->ij", d, d).min(axis=1)
     nearest = int(np.argmin(distance))
-    return float(distance[nearest]), float(phi[rows[nearest]])
+    return float(np.sqrt(distance[nearest])), float(phi[rows[nearest]])
