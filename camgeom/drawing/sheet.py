@@ -136,10 +136,13 @@ def straightened(xy: Floats, tolerance: float = 0.15) -> Floats:
     while True:
         count = np.diff(keep)
         first, last = np.repeat(keep[:-1], count), np.repeat(keep[1:], count)
-        chord, away = xy[last] - xy[first], xy[first[0] : last[-1]] - xy[first]
-        length = np.hypot(*chord.T)
-        across = np.abs(away[:, 0] * chord[:, 1] - away[:, 1] * chord[:, 0])
-        distance = np.where(length > 0.0, across / np.where(length > 0.0, length, 1.0), np.hypot(*away.T))
+        begin = xy.take(first, axis=0)
+        chord, away = xy.take(last, axis=0) - begin, xy[first[0] : last[-1]] - begin
+        length = np.sqrt(np.einsum("ij,ij->i", chord, chord))
+        closed = length == 0.0
+        distance = np.abs(away[:, 0] * chord[:, 1] - away[:, 1] * chord[:, 0]) / np.where(closed, 1.0, length)
+        if closed.any():
+            distance[closed] = np.hypot(*away[closed].T)
         worst = np.maximum.reduceat(distance, keep[:-1])
         split = np.flatnonzero((distance == np.repeat(worst, count)) & (distance > tolerance))
         # Of several equally far points of a stretch the first.
