@@ -39,6 +39,8 @@ LIFTED = "the follower leaves its cam (see lift-off), so there is no periodic fo
 COARSEST = 0.01
 """largest error, as a share of the peak, of a vibration that is judged"""
 NO_STRESS = "the body has no bore that could hold it, its groove is no closed ring, or there is no [operation]"
+SURELY = 1.1
+"""share of a limit that the hardest contact presses with beyond which no tilt is to blame: others are not looked at"""
 LIMIT = "material.cam.bending_limit"
 FRAME_LIMIT = "material.roller.bending_limit"
 NO_LIMIT = "give {}, MPa, and the body is solved; `solve --only body` shows its stress without"
@@ -74,7 +76,7 @@ def judged_pressure(
 
 def squared_remedy(duty: Duty, limit: float) -> str:
     """Advice where the tilt of a roller alone brings its pressure, MPa, beyond the limit; empty where it does not."""
-    if duty.squared is None:
+    if duty.squared is None or duty.square_spot > SURELY * limit:
         return ""
     key, square = duty.squared
     reached = square.least_peak

@@ -74,6 +74,10 @@ class Duty(Protocol):
         """Which key tilts its roller, and the duty of one that stands square to its flank; None where it does."""
 
     @property
+    def square_spot(self) -> float:
+        """Pressure, MPa, of the hardest contact, were its roller square to its flank; 0 where no roller is tilted."""
+
+    @property
     def least_peak(self) -> Extreme | None:
         """A pressure, MPa, that is surely exceeded where none is the largest; None where nothing is known."""
 

@@ -152,6 +152,11 @@ class FaceDuty:
         return None
 
     @property
+    def square_spot(self) -> float:
+        """0: faces are not tilted."""
+        return 0.0
+
+    @property
     def least_peak(self) -> Extreme | None:
         """The largest pressure."""
         return self.peak_pressure

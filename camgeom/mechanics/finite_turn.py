@@ -172,6 +172,11 @@ def refined(bodies: Bodies, load: float) -> Patch:
     return press(bodies, load, strips=FINER) if unknown(patch) else patch
 
 
+def square(patch: Patch) -> float:
+    """The pressure, MPa, that a contact surely reaches where its roller stands square to its flank."""
+    return surely(press(replace(patch.bodies, tilt=0.0), patch.load, strips=FINE))
+
+
 def unknown(patch: Patch) -> bool:
     """Whether a contact's largest pressure is not known within KNOWN: at an end that is nearly sharp."""
     return not patch.unbounded and patch.error > KNOWN

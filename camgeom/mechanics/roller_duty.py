@@ -215,6 +215,15 @@ class RollerDuty:
         ends = self.ends
         return (TILT.format(self.table), replace(self, ends=replace(ends, tilt=0.0))) if ends.tilt else None
 
+    @property
+    def square_spot(self) -> float:
+        """Pressure, MPa, of the hardest contact, were its roller square to its flank; 0 where no roller is tilted."""
+        if self.finite is None or not self.ends.tilt:
+            return 0.0
+        from camgeom.mechanics.finite_turn import square
+
+        return square(self.finite.hardest[1])
+
     @cached_property
     def least_peak(self) -> Extreme:
         """Pressure half a millimetre inside of a sharp end that bears, MPa, at its place: no peak, but a bound of one.

@@ -630,6 +630,15 @@ class TurretDuty:
         ends = self.ends
         return (TILT.format("roller"), replace(self, ends=replace(ends, tilt=0.0))) if ends.tilt else None
 
+    @property
+    def square_spot(self) -> float:
+        """Pressure, MPa, of the hardest contact, were its roller square to its flank; 0 where no roller is tilted."""
+        if self.finite is None or not self.ends.tilt:
+            return 0.0
+        from camgeom.mechanics.finite_turn import square
+
+        return square(self.finite.hardest[1])
+
     @cached_property
     def least_peak(self) -> Extreme:
         """The largest pressure; where a sharp end bears that half a millimetre inside, no peak, but a bound of one."""
