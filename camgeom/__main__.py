@@ -2,8 +2,8 @@
 
 import gc
 import os
-
-from camgeom.cli import main
+import signal
+import sys
 
 
 def run() -> int:
@@ -11,11 +11,21 @@ def run() -> int:
     the default, takes 4 to 8 % of its time. Its matrices are many and small: threads of the linear algebra, started
     where nobody asked for a number of them, spend 10 % of it waiting for each other. Plugins of pydantic are sought
     among all that is installed, 2 % of it; camgeom knows of none that it needs. What is left at the end goes with the
-    process: looking through it for cycles once more takes 3 to 10 %."""
+    process: looking through it for cycles once more takes 3 to 10 %. An interrupt before the command has begun ends it
+    without a trace; one after it has ended comes too late."""
     gc.set_threshold(100_000, 20, 20)
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    status = main()
+    status = None
+    try:
+        from camgeom.cli import main
+
+        status = main()
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    except KeyboardInterrupt:
+        if status is None:
+            status = 130
+            sys.stderr.write("camgeom: interrupted\n")
     gc.freeze()
     return status
 

@@ -124,7 +124,11 @@ def child(
             from camgeom.cli import main
 
             after_all = prepare()
-            status = main(words)
+            try:
+                status = main(words)
+                signal.signal(signal.SIGINT, signal.SIG_IGN)
+            except KeyboardInterrupt:  # as the command does, before it has begun and after it has ended
+                status = 130 if status == 70 else status
             if after_all is not None:
                 after_all()
             sys.stdout.flush()

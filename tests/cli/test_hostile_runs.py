@@ -73,6 +73,24 @@ def test_stopped_runs_leave_whole_files(tmp_path: Path, how: signal.Signals) -> 
         assert how != signal.SIGINT or left == names
 
 
+BEFORE = "import os, signal, sys; sys.argv = ['camgeom', '--version']; from camgeom import __main__ as entry; "
+INTERRUPTED = "os.kill(os.getpid(), signal.SIGINT)"
+
+
+@pytest.mark.parametrize(
+    ("moment", "code", "out", "err"),
+    [
+        (f"sys.meta_path.insert(0, type('Late', (), {{'find_spec': lambda *_: {INTERRUPTED}}})()); "
+         "sys.exit(entry.run())", 130, "", "camgeom: interrupted\n"),
+        (f"status = entry.run(); {INTERRUPTED}; sys.exit(status)", 0, "camgeom", ""),
+    ],
+)  # fmt: skip
+def test_an_interrupt_before_and_after_the_command_leaves_no_trace(moment: str, code: int, out: str, err: str) -> None:
+    done = subprocess.run([sys.executable, "-c", BEFORE + moment], capture_output=True, text=True, env=ENVIRONMENT,
+                          check=False)  # fmt: skip
+    assert (done.returncode, done.stdout[: len(out)], done.stderr) == (code, out, err)
+
+
 @pytest.mark.slow
 def test_a_full_disk_keeps_the_earlier_files(tmp_path: Path) -> None:
     finished(start("--formats", "stl", "--tolerance", "0.05", "--out", str(tmp_path)))
