@@ -38,6 +38,24 @@ def test_both_formulas_written_out_in_si():
     assert abs(wrong / line - 1.0) == pytest.approx(0.02, abs=0.005)
 
 
+@pytest.mark.parametrize(("way", "printed"), [(0.01, 0.059), (1.0, 0.281)])
+def test_a_published_exercise_s_ball_on_an_inclined_plane(way: float, printed: float) -> None:
+    """A steel ball of 30 mm rolls from rest down a plane of 45 degrees: 0.059 and 0.281 um after 10 mm and 1 m.
+
+    Exercise with printed answers (tutorbin.com, "A steel ball starts rolling from rest down a steel plate"): 50 cP,
+    22 1/GPa, E 210 GPa, nu 0.3, 7 800 kg/m³. It takes half the speed of the centre, and 1/R = 1/Rx + 1/Ry where Hamrock
+    and Dowson have Rx: the formula is theirs, that radius is not. The ellipse is 1.0339 (Ry/Rx)^0.636 long.
+    """
+    ball = Material(elastic_modulus=210000.0, poisson=0.3)
+    force = 7800 * np.pi * 0.03**3 / 6 * 9.81 * np.cos(np.pi / 4)
+    centre = np.sqrt(2 * 5 / 7 * 9.81 * np.sin(np.pi / 4) * way)
+    oil, pair = Oil(0.05e-6, 0.022, 0.3e-3), pair_compliance(ball, ball)
+    film = 1e3 * float(point_film(500.0 * centre, 1 / 7.5, force, 1.0339, oil, pair))
+    assert film == pytest.approx(printed, abs=0.0005)
+    # With their Rx = 15 mm and the whole speed of rolling, it is more than twice that.
+    assert float(point_film(1e3 * centre, 1 / 15.0, force, 1.0339, oil, pair)) > 2e-3 * film
+
+
 def test_a_flat_face_draws_oil_in_as_the_literature_has_it():
     # Translating flat face: the contact runs along the cam by rb + s + s'', along the face by s'' (per rad).
     made = model("disc_flat_face", **WET)
