@@ -31,6 +31,7 @@ from camgeom.track.runout import PLACES, Within, changes, touching
 from camgeom.track.section import Column
 
 Bools = npt.NDArray[np.bool_]
+Indices = npt.NDArray[np.intp]
 SLICES = 7
 GRADED = 31
 """slices that grow with the square of their distance from a roller's middle: five lie in a fortieth of its length"""
@@ -185,12 +186,9 @@ class Engagement:
     def runs(self) -> tuple[Floats, Floats]:
         """Speed of the contact along the cam, and sliding along the roller's axis, mm/rad, (2, n, k, m) each."""
         on_cam, axial = np.zeros((2, *self.curvature.shape))
-        for place, (index, turn) in enumerate(self.places):
-            track = self.tracks[index]
-            phi = self.theta + TURN * turn
-            rows = np.nonzero((phi >= track.span[0]) & (phi <= track.span[1]))[0]
-            for side in track.sides if len(rows) else ():
-                flank = Flank(track, phi[rows], self.stations, side)
+        for track, phi, rows, place in self._rollers():
+            for side in track.sides:
+                flank = Flank(track, phi, self.stations, side)
                 way = np.where(flank.lever().mean(axis=1) < 0.0, 0, 1)
                 on_cam[way, rows, place] = flank.passing
                 axial[way, rows, place] = flank.sliding()[1]
@@ -215,23 +213,27 @@ class Engagement:
             fresh = ~there
             for name, values in out.items():
                 values[:, there] = self.known._walls[name][:, at[there]]
-        for place, (index, turn) in enumerate(self.places):
-            track = self.tracks[index]
-            phi = self.theta + TURN * turn
-            rows = np.nonzero(fresh & (phi >= track.span[0]) & (phi <= track.span[1]))[0]
-            if len(rows):
-                self._fill(out, track, phi[rows], rows, place)
+        for found in self._rollers(fresh):
+            self._fill(out, *found)
         return out
+
+    def _rollers(self, asked: Bools | None = None) -> Iterator[tuple[Track, Floats, Indices, Indices]]:
+        """All rollers of each track at the cam angles that are asked for, as one: the track, their own angles (q,), and
+        of each of these the row of theta and the place."""
+        for number, track in enumerate(self.tracks):
+            places = np.array([k for k, (index, _) in enumerate(self.places) if index == number], dtype=np.intp)
+            phi = self.theta + TURN * np.array([self.places[k][1] for k in places])[:, None]
+            some = (phi >= track.span[0]) & (phi <= track.span[1])
+            which, rows = np.nonzero(some if asked is None else some & asked)
+            if len(rows):
+                yield track, phi[which, rows], rows, places[which]
 
     @cached_property
     def held(self) -> Bools:
         """Whether a roller has a wall to bear on with any slice, (2, n, k); without what else `on` comes with."""
         held = np.zeros((2, len(self.theta), len(self.places)), dtype=bool)
-        for place, (index, turn) in enumerate(self.places):
-            track = self.tracks[index]
-            phi = self.theta + TURN * turn
-            rows = np.nonzero((phi >= track.span[0]) & (phi <= track.span[1]))[0]
-            for wall in self._beside(track, phi[rows], 1) if len(rows) else ():
+        for track, phi, rows, place in self._rollers():
+            for wall in self._beside(track, phi, 1):
                 held[wall.way, rows, place] = wall.on.any(axis=1)
         return held
 
@@ -252,7 +254,7 @@ class Engagement:
             way = np.where(lever.mean(axis=1) < 0.0, 0, 1)
             yield _Wall(flank, way, lever, t, low, high, some & (high - low >= 0.5 * np.diff(edges)))
 
-    def _fill(self, out: dict[str, Any], track: Track, phi: Floats, rows: npt.NDArray[np.intp], place: int) -> None:
+    def _fill(self, out: dict[str, Any], track: Track, phi: Floats, rows: Indices, place: Indices) -> None:
         delta = track.meridian.jet
         for flank, way, lever, t, low, high, on in self._beside(track, phi, 2):
             some = high > low
