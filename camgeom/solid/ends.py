@@ -192,8 +192,7 @@ class EndCut:
             new = np.empty_like(straight)
             new[~groove] = self.on_land(straight[~groove], height)
             a, b = (Addresses(x.owner[groove], x.column[groove], x.row[groove]) for x in (one, other))
-            met = self._meeting(a, b, points[i[groove], 2] - height, points[j[groove], 2] - height, height)
-            new[groove] = self.on_groove(met)
+            met, new[groove] = self._meeting(a, b, points[i[groove], 2] - height, points[j[groove], 2] - height, height)
             new[:, 2] = height
             owner, column, row = np.full(len(i), LAND), np.zeros(len(i)), np.zeros(len(i))
             owner[groove], column[groove], row[groove] = met.owner, met.column, met.row
@@ -203,25 +202,28 @@ class EndCut:
         points, faces, label = clip(points, faces, label, height, sign, place)
         return points, at.joined(made[0]), faces, label
 
-    def _meeting(self, a: Addresses, b: Addresses, below: Floats, above: Floats, height: float) -> Addresses:
-        """Addresses on the way from a to b at one height, off which these stand by `below` and `above`, mm.
+    def _meeting(
+        self, a: Addresses, b: Addresses, below: Floats, above: Floats, height: float
+    ) -> tuple[Addresses, Floats]:
+        """Addresses and points on the way from a to b at one height, off which these stand by `below` and `above`, mm.
 
         By the parabola through both ends and what the straight edge misses by, then secants; by brackets where these
         do not meet it.
         """
 
-        def off(share: Floats) -> Floats:
-            return self.on_groove(self.between(a, b, share))[:, 2] - height
+        def at(share: Floats) -> tuple[Floats, Floats]:
+            points = self.on_groove(self.between(a, b, share))
+            return points, points[:, 2] - height
 
         rise = above - below
         share = -below / rise
-        miss = off(share)
+        points, miss = at(share)
         slope = rise + miss * (1.0 - 2.0 * share) / (share * (1.0 - share))
         for _ in range(SECANTS):
             if np.all(np.abs(miss) <= MET * np.abs(rise)):
-                return self.between(a, b, share)
+                return self.between(a, b, share), points
             moved = np.clip(share - miss / np.where(slope != 0.0, slope, rise), 0.0, 1.0)
-            after = off(moved)
+            points, after = at(moved)
             steeper = moved != share
             slope = np.where(steeper, (after - miss) / np.where(steeper, moved - share, 1.0), slope)
             share, miss = moved, after
@@ -232,7 +234,8 @@ class EndCut:
                 lambda s: self.on_groove(self.between(one, other, s))[:, 2] - height,
                 np.zeros(len(one.row)), np.ones(len(one.row)),
             )  # fmt: skip
-        return self.between(a, b, share)
+            points = at(share)[0]
+        return self.between(a, b, share), points
 
     def sag(self, points: Floats, at: Addresses, faces: Index, on_land: npt.NDArray[np.bool_]) -> float:
         """Largest distance of the true surface from the facets (f, 3), mm, at the middles of their edges and their own.

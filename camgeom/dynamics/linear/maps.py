@@ -79,10 +79,14 @@ def _formed(method: Method, system: System, start: Floats, step: Floats) -> Floa
     try:
         return _step_maps(method, system, start, step)
     except np.linalg.LinAlgError:
-        raise NotConverged(
-            f"the equations of a step of {method.name} are singular to working precision: the fastest mode is too many "
-            "times as fast as the cam; take a higher speed, or leave out the stiffest member"
-        ) from None
+        raise _singular(method) from None
+
+
+def _singular(method: Method) -> NotConverged:
+    return NotConverged(
+        f"the equations of a step of {method.name} are singular to working precision: the fastest mode is too many "
+        "times as fast as the cam; take a higher speed, or leave out the stiffest member"
+    )
 
 
 def _step_maps(method: Method, system: System, start: Floats, step: Floats) -> Floats:
@@ -161,6 +165,29 @@ def stages_of(method: RungeKutta, system: System, start: Floats, step: Floats, k
         inverse: Floats = np.asarray(np.linalg.inv(matrix))
         return Stages(method, theta, step, inverse @ right, inverse)
     return Stages(method, theta, step, np.asarray(np.linalg.solve(matrix, right)), None)
+
+
+def stepped(method: RungeKutta, system: System, start: Floats, step: Floats, state: Floats) -> Floats:
+    """States (b, n, 2m) of q and q' one step (1 or b, n) after the states at cam angles start: what `step_maps` do, for
+    steps that are taken once. Raises likewise."""
+    m, s, count = system.size, len(method.b), state.shape[1]
+    a, b, c = np.array(method.a), np.array(method.b), np.array(method.c)
+    q, v = state[..., None, :m], state[..., None, m:]
+    here = _at(system, start[:, :, None] + step[:, :, None] * c, c)
+    h = step[:, :, None, None, None]
+    place = q + (step[:, :, None] * c)[..., None] * v
+    force = here.force - (here.damping @ v[..., None] + here.stiffness @ place[..., None])[..., 0]
+    shape = (system.batch, count, s, m, m)
+    matrix = _stage_matrix(a, h * here.damping, h * h * here.stiffness, shape)
+    try:
+        bend = np.linalg.solve(matrix, force.reshape(system.batch, count, s * m, 1)).reshape(force.shape)
+    except np.linalg.LinAlgError:
+        raise _singular(method) from None
+    h = step[:, :, None]
+    return np.concatenate(
+        [state[..., :m] + h * state[..., m:] + h * h * np.einsum("i,bnim->bnm", b @ a, bend),
+         state[..., m:] + h * np.einsum("i,bnim->bnm", b, bend)], -1,
+    )  # fmt: skip
 
 
 def held_stages(method: RungeKutta, system: System, start: Floats, step: Floats) -> Stages:

@@ -14,7 +14,7 @@ from dataclasses import field
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.dynamics.linear.maps import Stages, held_stages, stages_of, step_maps
+from camgeom.dynamics.linear.maps import KEPT, Stages, held_stages, stages_of, step_maps, stepped
 from camgeom.dynamics.linear.method import Method, RungeKutta, Side, System, find, radau
 from camgeom.dynamics.linear.walk import Chain, Grid, Walk
 from camgeom.errors import NotConverged, Problem, ProfileError
@@ -243,6 +243,8 @@ def advance(system: System, start: Floats, step: Floats, state: Floats) -> Float
 
 
 def _advance(system: System, start: Floats, step: Floats, state: Floats) -> Floats:
+    if system.linear and state.shape[1] * system.batch < KEPT[0]:
+        return stepped(FINE, system, start, step, state)
     if system.linear:
         maps = step_maps(FINE, system, start, step)
         return np.asarray((maps[..., :-1] @ state[..., None])[..., 0] + maps[..., -1])
