@@ -61,6 +61,12 @@ PROFILES = {
         'formats = ["volume.inp", "volume.bdf", "volume.msh", "volume.vtu", "volume.xdmf", "history.csv"]',
     ),
     "drawn": ("tool_changer", 'formats = ["stl", "history.csv", "impact.csv"]'),
+    "slide": (
+        "linear_groove",
+        'formats = ["3mf", "stl", "step", "dxf", "sheet.svg", "cmm.csv", "gcode", "history.csv"]',
+    ),
+    "tracks": ("two_groove_drum", 'formats = ["3mf", "step", "dxf", "sheet.pdf", "points.csv", "ecam.csv"]'),
+    "faces": ("both_faces_disc", 'formats = ["stl", "step", "dxf", "sheet.svg", "outline.csv", "cmm.csv"]'),
     "plates": ("parallel_index", 'formats = ["3mf", "vtu", "assembly.step", "dxf", "outline.csv"]'),
 }
 """one profile of every kind, one that is milled, one meshed as a volume, one with [tolerance]; nearly every format but
