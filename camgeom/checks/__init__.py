@@ -39,8 +39,6 @@ LIFTED = "the follower leaves its cam (see lift-off), so there is no periodic fo
 COARSEST = 0.01
 """largest error, as a share of the peak, of a vibration that is judged"""
 NO_STRESS = "the body has no bore that could hold it, its groove is no closed ring, or there is no [operation]"
-SURELY = 1.1
-"""share of a limit that the hardest contact presses with beyond which no tilt is to blame: others are not looked at"""
 LIMIT = "material.cam.bending_limit"
 FRAME_LIMIT = "material.roller.bending_limit"
 NO_LIMIT = "give {}, MPa, and the body is solved; `solve --only body` shows its stress without"
@@ -75,14 +73,14 @@ def judged_pressure(
 
 
 def squared_remedy(duty: Duty, limit: float) -> str:
-    """Advice where the tilt of a roller alone brings its pressure, MPa, beyond the limit; empty where it does not."""
-    if duty.squared is None or duty.square_spot > SURELY * limit:
+    """Advice where the tilt of a roller alone brings its hardest contact, MPa, beyond the limit; else empty.
+
+    That contact alone is solved square to its flank: what all others of a turn would press with needs the whole load
+    once more, for a word.
+    """
+    if duty.squared is None or not 0.0 < duty.square_spot <= limit:
         return ""
-    key, square = duty.squared
-    reached = square.least_peak
-    if reached is None or square.no_stress or reached.value > limit:
-        return ""
-    return f"a smaller {key}: without it the roller presses with {reached.value:.6g} MPa"
+    return f"a smaller {duty.squared[0]}: without it this contact presses with {duty.square_spot:.6g} MPa"
 
 
 def no_stress(duties: Iterable[Duty]) -> str:

@@ -75,7 +75,7 @@ class Duty(Protocol):
 
     @property
     def square_spot(self) -> float:
-        """Pressure, MPa, of the hardest contact, were its roller square to its flank; 0 where no roller is tilted."""
+        """Pressure, MPa, of the hardest contact, were its roller square to its flank; 0 where no tilt is solved."""
 
     @property
     def least_peak(self) -> Extreme | None:

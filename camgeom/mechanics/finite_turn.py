@@ -173,8 +173,9 @@ def refined(bodies: Bodies, load: float) -> Patch:
 
 
 def square(patch: Patch) -> float:
-    """The pressure, MPa, that a contact surely reaches where its roller stands square to its flank."""
-    return surely(press(replace(patch.bodies, tilt=0.0), patch.load, strips=FINE))
+    """Pressure, MPa, of a contact whose roller stands square to its flank under the same load; inf where none is."""
+    found = refined(replace(patch.bodies, tilt=0.0), patch.load)
+    return inf if without_peak(found) else found.peak[0]
 
 
 def unknown(patch: Patch) -> bool:

@@ -215,9 +215,9 @@ class RollerDuty:
         ends = self.ends
         return (TILT.format(self.table), replace(self, ends=replace(ends, tilt=0.0))) if ends.tilt else None
 
-    @property
+    @cached_property
     def square_spot(self) -> float:
-        """Pressure, MPa, of the hardest contact, were its roller square to its flank; 0 where no roller is tilted."""
+        """Pressure, MPa, of the hardest contact, were its roller square to its flank; 0 where no tilt is solved."""
         if self.finite is None or not self.ends.tilt:
             return 0.0
         from camgeom.mechanics.finite_turn import square

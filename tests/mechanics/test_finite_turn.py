@@ -153,24 +153,14 @@ def test_advice_names_the_tilt_where_it_is_the_cause(
     assert [one.advice.startswith(words) for one in found] == [tilt] * 3
 
 
-def test_a_turn_without_tilt_is_solved_for_advice_alone_where_its_hardest_place_leaves_room(
-    tilted_return: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Square the hardest contact presses with nearly the 1 298.5 MPa of the turn."""
+def test_advice_about_tilt_solves_one_contact_and_no_turn(tilted_return: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Square the hardest contact presses with nearly what the hardest of a turn of square rollers presses with."""
     duty = next(one for one in read(tilted_return).carriers if one.squared is not None)
     assert duty.square_spot == pytest.approx(duty.squared[1].least_peak.value, rel=0.01)
-    asked: list[float] = []
-
-    class Counted(finite_turn.Table):
-        def __init__(self, *args: Any, **keys: Any) -> None:
-            asked.append(0.0)
-            super().__init__(*args, **keys)
-
-    monkeypatch.setattr(finite_turn, "Table", Counted)
-    assert squared_remedy(duty, duty.square_spot / 1.102) == ""
-    assert not asked
-    assert squared_remedy(duty, duty.square_spot / 1.098) == ""
-    assert asked
+    words = f"this contact presses with {duty.square_spot:.6g} MPa"
+    monkeypatch.setattr(finite_turn, "Table", None)
+    assert squared_remedy(duty, duty.square_spot * 0.999) == ""
+    assert squared_remedy(duty, duty.square_spot * 1.001).endswith(words)
 
 
 def test_a_sharp_end_is_told_by_the_table_of_its_roller(tilted_return: str) -> None:
