@@ -73,14 +73,13 @@ def judged_pressure(
 
 
 def squared_remedy(duty: Duty, limit: float) -> str:
-    """Advice where the tilt of a roller alone brings its hardest contact, MPa, beyond the limit; else empty.
+    """Advice where the tilt of a roller alone brings its pressure, MPa, beyond the limit; empty where it does not.
 
-    That contact alone is solved square to its flank: what all others of a turn would press with needs the whole load
-    once more, for a word.
+    Looked at where the tilted roller presses hardest: a whole turn without tilt is much work for a word.
     """
-    if duty.squared is None or not 0.0 < duty.square_spot <= limit:
+    if duty.squared is None or duty.square_spot is None or duty.square_spot > limit:
         return ""
-    return f"a smaller {duty.squared[0]}: without it this contact presses with {duty.square_spot:.6g} MPa"
+    return f"a smaller {duty.squared[0]}: without it the roller presses there with {duty.square_spot:.6g} MPa"
 
 
 def no_stress(duties: Iterable[Duty]) -> str:

@@ -74,8 +74,8 @@ class Duty(Protocol):
         """Which key tilts its roller, and the duty of one that stands square to its flank; None where it does."""
 
     @property
-    def square_spot(self) -> float:
-        """Pressure, MPa, of the hardest contact, were its roller square to its flank; 0 where no tilt is solved."""
+    def square_spot(self) -> float | None:
+        """Pressure, MPa, where it is hardest, were rollers square to their flanks; None where no tilt is solved."""
 
     @property
     def least_peak(self) -> Extreme | None:

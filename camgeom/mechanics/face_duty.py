@@ -152,9 +152,9 @@ class FaceDuty:
         return None
 
     @property
-    def square_spot(self) -> float:
-        """0: faces are not tilted."""
-        return 0.0
+    def square_spot(self) -> None:
+        """Faces are not tilted."""
+        return None
 
     @property
     def least_peak(self) -> Extreme | None:

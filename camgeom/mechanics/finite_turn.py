@@ -174,8 +174,14 @@ def refined(bodies: Bodies, load: float) -> Patch:
 
 def square(patch: Patch) -> float:
     """Pressure, MPa, of a contact whose roller stands square to its flank under the same load; inf where none is."""
-    found = refined(replace(patch.bodies, tilt=0.0), patch.load)
-    return inf if without_peak(found) else found.peak[0]
+    return pressure_of(refined(replace(patch.bodies, tilt=0.0), patch.load))
+
+
+def pressure_of(patch: Patch | None) -> float:
+    """Its largest, MPa, with its error where that is large; 0 of none, inf of one that nothing bounds."""
+    if patch is None:
+        return 0.0
+    return inf if patch.unbounded else patch.peak[0] * (1.0 + patch.error * unknown(patch))
 
 
 def unknown(patch: Patch) -> bool:

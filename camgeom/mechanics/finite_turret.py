@@ -208,6 +208,13 @@ class FiniteTurret:
         return max(sharp or found, key=lambda one: one[0].value)
 
     @cached_property
+    def most_loaded(self) -> Patch | None:
+        """The contact of the roller that bears the most; None without load."""
+        loads = np.stack([wall.load for wall in self.walls])
+        w, n, k = (int(i) for i in np.unravel_index(int(np.argmax(loads)), loads.shape))
+        return refined(self.bodies(w, (n, k)), float(loads[w, n, k])) if loads[w, n, k] > 0.0 else None
+
+    @cached_property
     def no_stress(self) -> str:
         """Why there is no largest pressure; empty where there is one."""
         return without_peak(self.hardest[1])

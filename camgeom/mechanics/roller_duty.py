@@ -216,10 +216,10 @@ class RollerDuty:
         return (TILT.format(self.table), replace(self, ends=replace(ends, tilt=0.0))) if ends.tilt else None
 
     @cached_property
-    def square_spot(self) -> float:
-        """Pressure, MPa, of the hardest contact, were its roller square to its flank; 0 where no tilt is solved."""
+    def square_spot(self) -> float | None:
+        """Pressure, MPa, of the hardest contact, were its roller square to its flank; None where no tilt is solved."""
         if self.finite is None or not self.ends.tilt:
-            return 0.0
+            return None
         from camgeom.mechanics.finite_turn import square
 
         return square(self.finite.hardest[1])

@@ -36,6 +36,8 @@ from camgeom.track.turret import Engagement
 Estimate = Literal["half-space", "secant", "chord"]
 
 PASSES = 200
+AT_ONCE = 256
+"""cam angles whose loads are shared at once: what they need stays next to the processor"""
 SETTLED = 1e-12
 """change of a slice's load, share of the largest, at which the sharing has settled"""
 
@@ -97,7 +99,7 @@ class Slices:
             cam,
         )
 
-    def rows(self, rows: npt.NDArray[np.intp]) -> Self:
+    def rows(self, rows: npt.NDArray[np.intp] | slice) -> Self:
         """The slices at some of the cam angles."""
         return replace(self, on=self.on[rows], lever=self.lever[rows], curvature=self.curvature[rows],
                        preload=self.preload[rows], width=self.width[rows])  # fmt: skip
@@ -108,6 +110,11 @@ class Slices:
         The flexibility of a line contact hangs on its load by a logarithm only: it is renewed in every Newton step of
         psi. Raises DesignError where no roller can bear, NotConverged where the loads do not settle.
         """
+        parts = [slice(first, first + AT_ONCE) for first in range(0, max(1, len(torque)), AT_ONCE)]
+        found = [self.rows(part)._held(torque[part]) for part in parts]
+        return Held(np.concatenate([one.line_load for one in found]), np.concatenate([one.angle for one in found]))
+
+    def _held(self, torque: Floats) -> Held:
         way = np.where(torque >= 0.0, 1.0, -1.0)[:, None]
         wanted, lever = np.abs(torque), way * self.lever
         helping = self.on & (lever > 0.0)

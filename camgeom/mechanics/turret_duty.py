@@ -8,6 +8,7 @@ rad, s.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from math import degrees, inf, tan
 from typing import TYPE_CHECKING, Any, Literal, final
 
@@ -198,13 +199,16 @@ class TurretDuty:
         """
         slices, e = self.slices(self.engagement), self.engagement
         rows = np.arange(len(self.theta)) if self.preload > 0.0 else self.loaded
-        held = slices.rows(rows).held(self.turret_torque[rows])
-        shape = (len(rows), 2, len(e.places), len(e.stations))
         load, approach = np.zeros((2, *e.on.shape))
-        load[:, rows] = np.moveaxis(held.line_load.reshape(shape), 0, 1)
-        moved = slices.preload[rows] + slices.lever[rows] * held.angle[:, None]
-        approach[:, rows] = np.moveaxis(moved.reshape(shape), 0, 1)
+        load[:, rows], approach[:, rows] = self._shared(slices.rows(rows), self.turret_torque[rows])
         return load, approach + self._drop(e)
+
+    def _shared(self, slices: Slices, torque: Floats) -> Floats:
+        """Load per length of slices under torques (n,), N mm, and their approach less their gap, (2, 2, n, k, m)."""
+        held, e = slices.held(torque), self.engagement
+        shape = (len(torque), 2, len(e.places), len(e.stations))
+        each = held.line_load, slices.preload + slices.lever * held.angle[:, None]
+        return np.stack([np.moveaxis(one.reshape(shape), 0, 1) for one in each])
 
     def _drop(self, beside: Engagement) -> Floats:
         """Gap of the slices' middles by crown, run-out and tilt, mm, (2, n, k, m)."""
@@ -235,10 +239,12 @@ class TurretDuty:
     @cached_property
     def finite(self) -> FiniteTurret | None:
         """The contact on a half-space; None of a plain line, without load, and where a loaded wall is undercut."""
-        e = self.engagement
         if self.level == "line" or not self.line_load.any():
             return None
-        load, approach = self._on_walls
+        return self._finite(self.engagement, *self._on_walls)
+
+    def _finite(self, e: Engagement, load: Floats, approach: Floats) -> FiniteTurret | None:
+        """Of rollers under loads and approaches (2, n, k, m) at the cam angles of an engagement."""
         if np.any((load > 0.0) & (e.curvature <= 0.0)):
             return None
         from camgeom.mechanics.finite_turret import FiniteTurret, Wall
@@ -248,16 +254,16 @@ class TurretDuty:
         )
         pair = pair_compliance(self.roller, self.cam)
         return FiniteTurret(
-            self.theta, (back, ahead), self._middles, self._profile, pair, self.roller.compliance / pair,
-            float(self.ends.mirrored), tan(self.ends.tilt), self._twist,
+            e.theta, (back, ahead), self._middles, self._profile, pair, self.roller.compliance / pair,
+            float(self.ends.mirrored), tan(self.ends.tilt), partial(self._twist, e.theta),
         )  # fmt: skip
 
-    def _twist(self, wall: int, at: tuple[int, int]) -> float:
-        """Angle, rad, of a roller's axis to its line of contact with a wall, under its crown; 0 without one."""
+    def _twist(self, theta: Floats, wall: int, at: tuple[int, int]) -> float:
+        """Angle, rad, of a roller's axis at one of theta to its line of contact with a wall; 0 without a crown."""
         index, turn = self.engagement.places[at[1]]
         track, t = self.tracks[index], np.array([self.tracks[index].meridian.parameter(float(self._middles[at[1]]))])
         for side in track.sides if self.crown is not None else ():
-            flank = Flank(track, self.theta[at[0] : at[0] + 1] + TURN * turn, t, side)
+            flank = Flank(track, theta[at[0] : at[0] + 1] + TURN * turn, t, side)
             if flank.behind == (wall == 0):
                 line = flank.tangents[1][:, :, 0]
                 square = dot(line, flank.pose.u[0]) ** 2 / dot(line, line)
@@ -631,13 +637,20 @@ class TurretDuty:
         return (TILT.format("roller"), replace(self, ends=replace(ends, tilt=0.0))) if ends.tilt else None
 
     @cached_property
-    def square_spot(self) -> float:
-        """Pressure, MPa, of the hardest contact, were its roller square to its flank; 0 where no tilt is solved."""
-        if self.finite is None or not self.ends.tilt:
-            return 0.0
-        from camgeom.mechanics.finite_turn import square
+    def square_spot(self) -> float | None:
+        """Pressure, MPa, at the hardest cam angle, were all rollers square to their flanks; None where none is tilted.
 
-        return square(self.finite.hardest[1])
+        Where the torque alone presses them, which a tilt that wedges its roller in the groove may exceed by far.
+        """
+        if self.finite is None or self.squared is None:
+            return None
+        from camgeom.mechanics.finite_turn import pressure_of
+
+        theta = np.array([self.least_peak.cam_angle])
+        square, at = self.squared[1], self.beside.once(theta)
+        load, approach = square._shared(square.slices(at), self.force.panels.at(self.force.force, theta))
+        found = square._finite(at, load, approach + square._drop(at))
+        return inf if found is None else pressure_of(found.most_loaded)
 
     @cached_property
     def least_peak(self) -> Extreme:

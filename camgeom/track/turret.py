@@ -35,6 +35,8 @@ Indices = npt.NDArray[np.intp]
 SLICES = 7
 GRADED = 31
 """slices that grow with the square of their distance from a roller's middle: five lie in a fortieth of its length"""
+AT_ONCE = 2**14
+"""slices of rollers that are looked at at once: what they need stays next to the processor"""
 HANDS = 6
 """rounds in which a hand-over is looked at between FAN cam angles"""
 NEARBY = 0.04
@@ -225,8 +227,10 @@ class Engagement:
             phi = self.theta + TURN * np.array([self.places[k][1] for k in places])[:, None]
             some = (phi >= track.span[0]) & (phi <= track.span[1])
             which, rows = np.nonzero(some if asked is None else some & asked)
-            if len(rows):
-                yield track, phi[which, rows], rows, places[which]
+            step = max(1, AT_ONCE // len(self.stations))
+            for first in range(0, len(rows), step):
+                part = slice(first, first + step)
+                yield track, phi[which[part], rows[part]], rows[part], places[which[part]]
 
     @cached_property
     def held(self) -> Bools:

@@ -157,7 +157,7 @@ def test_advice_about_tilt_solves_one_contact_and_no_turn(tilted_return: str, mo
     """Square the hardest contact presses with nearly what the hardest of a turn of square rollers presses with."""
     duty = next(one for one in read(tilted_return).carriers if one.squared is not None)
     assert duty.square_spot == pytest.approx(duty.squared[1].least_peak.value, rel=0.01)
-    words = f"this contact presses with {duty.square_spot:.6g} MPa"
+    words = f"the roller presses there with {duty.square_spot:.6g} MPa"
     monkeypatch.setattr(finite_turn, "Table", None)
     assert squared_remedy(duty, duty.square_spot * 0.999) == ""
     assert squared_remedy(duty, duty.square_spot * 1.001).endswith(words)

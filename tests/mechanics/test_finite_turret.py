@@ -155,6 +155,23 @@ def test_a_sharp_end_that_bears_is_never_passed() -> None:
     assert "roller_life_h" not in data["fatigue"]
 
 
+def test_without_tilt_the_hardest_angle_is_shared_and_pressed_anew(tilted: Model) -> None:
+    """As a machine of square rollers has it at that cam angle; the advice says it up to the limit."""
+    duty, square = duty_of(tilted), duty_of(made(**LOGARITHMIC, misalignment_deg=0.0))
+    assert duty.finite is not None
+    assert square.finite is not None
+    n = _hardest(duty)[0]
+    told = max(float(peaks[:, n].max()) for peaks in square.finite._tabled)
+    assert duty.square_spot == pytest.approx(told, rel=0.05)
+    assert duty.square_spot is not None
+    for share, advised in ((0.999, False), (1.001, True)):
+        limits = {"contact_pressure_mpa": duty.square_spot * share}
+        model = made(limits=limits, **LOGARITHMIC, misalignment_deg=0.01)
+        (found,) = judge(model, ["turret-pressure"]).findings
+        assert found.level == "fail"
+        assert ("without it the roller presses there" in found.advice) == advised
+
+
 def test_the_peak_is_judged_and_told(tilted: Model) -> None:
     peak = duty_of(tilted).least_peak.value
     for limit, level in ((1.002 * peak, "pass"), (0.998 * peak, "fail")):
