@@ -167,31 +167,32 @@ def share_load(force: ArrayLike, stations: ArrayLike, widths: ArrayLike, curvatu
     load = mean
     # A slice without load gets the flexibility of a nearly unloaded one, so that it can come back into contact.
     least = np.maximum(mean * 1e-6, 1e-30)
-    alike = not gap.any()
-    # The slices in the order in which they touch: with the first j in contact the approach beyond the first touch is
-    # (total + sum hard later) / sum hard, if that does not reach slice j + 1.
-    touch = gap / cos
-    order = np.argsort(touch, axis=-1)
-    start = np.take_along_axis(touch, order, axis=-1)
-    base = start[..., :1]
-    later, behind = start - base, touch - base
-    following = np.concatenate([later[..., 1:], np.full((*start.shape[:-1], 1), np.inf)], axis=-1)
     for _ in range(STEPS):
         soft = line_flexibility(np.maximum(load, least), k, roller, cam, r, d)
-        hard = w * cos * cos / soft
-        if alike:
-            reach = total[..., None] / hard.sum(axis=-1, keepdims=True)
-        else:
-            hard = np.take_along_axis(hard, order, axis=-1)
-            reach = (total[..., None] + np.cumsum(hard * later, axis=-1)) / np.cumsum(hard, axis=-1)
-            # The approach beyond the first touch is kept apart: in the sum a small one would be lost.
-            reach = np.take_along_axis(reach, np.argmax(reach <= following, axis=-1)[..., None], axis=-1)
-        new = cos * np.maximum(reach - behind, 0.0) / soft
+        base, reach = _approach(total, w * cos / soft, cos, gap)
+        new = cos * np.maximum(reach - (gap / cos - base), 0.0) / soft
         done = bool(np.all(np.abs(new - load) <= TOLERANCE * mean))
         load = new
         if done:
             return _result(load, (base + reach)[..., 0], x, w * cos, k, roller.compliance + cam.compliance)
     raise NotConverged("the load along the roller did not settle: check crowning and misalignment against the load")
+
+
+def _approach(total: Floats, stiffness: Floats, cosines: Floats, gap: Floats) -> tuple[Floats, Floats]:
+    """Approach d with sum stiffness max(d cos - gap, 0) = total: piecewise linear, solved exactly by sorting.
+
+    Given as the approach of the first touch and the rest beyond it, (..., 1) each: their sum would lose a small rest.
+    """
+    touch = gap / cosines
+    order = np.argsort(touch, axis=-1)
+    hard = np.take_along_axis(stiffness * cosines, order, axis=-1)
+    start = np.take_along_axis(touch, order, axis=-1)
+    # With the first j slices in contact d = (total + sum hard start) / sum hard, if that does not reach slice j + 1.
+    base = start[..., :1]
+    reach = (total[..., None] + np.cumsum(hard * (start - base), axis=-1)) / np.cumsum(hard, axis=-1)
+    following = np.concatenate([start[..., 1:] - base, np.full((*start.shape[:-1], 1), np.inf)], axis=-1)
+    first = np.argmax(reach <= following, axis=-1)[..., None]
+    return base, np.asarray(np.take_along_axis(reach, first, axis=-1))
 
 
 def _result(

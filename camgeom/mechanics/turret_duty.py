@@ -58,6 +58,9 @@ if TYPE_CHECKING:
     from camgeom.mechanics.finite_contact import Profile
     from camgeom.mechanics.finite_turret import FiniteTurret
     from camgeom.mechanics.rating import Rating
+
+FAR = 1e6
+"""mm; gap of a slice with nothing to bear on"""
 STUD_SHARE = 0.5
 """Stud over roller diameter of a usual cam follower, where nothing better is known"""
 SPAN_SHARE = 1.6
@@ -171,6 +174,7 @@ class TurretDuty:
             self.cam,
             radius,
             2.0 * radius,
+            np.where(flat, 0.0, FAR),
             cosines=np.where(flat, self._picked(e.lever).reshape(flat.shape), 1.0),
         )
         out[self.loaded] = np.where(flat, shared.line_load, 0.0).reshape(on.shape)

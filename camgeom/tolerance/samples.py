@@ -7,7 +7,7 @@ seed of its own, so that the same come out whatever number of workers draws them
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from math import pi
@@ -23,7 +23,7 @@ from camgeom.maths.frozen import cached_property
 from camgeom.solid.mechanism import Drive
 from camgeom.tolerance.causes import CAUSES, NORMAL, Cause
 from camgeom.tolerance.ends import Ends, inset
-from camgeom.tolerance.seat import Bools, Reals, balance, beyond, bracket, pressures, room
+from camgeom.tolerance.seat import Bools, Reals, balance, bracket, pressures, room
 from camgeom.tolerance.sensitivity import Loaded, Seated, Sensitivities, resting
 from camgeom.tolerance.shares import Singles, Sums, first_order, sums_of
 from camgeom.tolerance.spec import Distribution
@@ -31,9 +31,11 @@ from camgeom.track import TURN
 
 BLOCK = 2048
 """machines drawn with one seed"""
-TOGETHER = 8
-"""blocks judged at once: few enough that their approaches stay in a core's cache, and so many that two workers seldom
-wait for each other between the steps of numpy (measured: 4 cost two workers half again as much as one, 8 a tenth)"""
+TOGETHER = 4
+"""blocks judged at once: so many that two workers seldom wait for each other between the steps of numpy (measured: 1
+costs a fifth more, 2 a tenth), and no more memory than helps"""
+ABREAST = 8
+"""positions of a cam angle judged at once"""
 SEED = 19
 MOVES = 24
 """cam angles judged in every move"""
@@ -55,10 +57,13 @@ SHORT = 0.015
 """share by which the largest figures of them there fall short of those at all angles, on the mean; of all stops they
 then tell what 99 % of the machines keep within 0.5 %"""
 SINGLE = np.float32
+TINY = SINGLE(1e-30)
 """of a machine's numbers: a deviation of seconds of arc is good to a hundred thousandth of one"""
 EXPLAINED = 16
 """blocks from which the contributions are told, 32 768 machines: a share r² of the variance is then good to its
 standard error 2 r sqrt((1 - r²) / n), at most 0.007"""
+Room = Singles
+Rows = npt.NDArray[np.intp]
 Judged = TypeVar("Judged")
 Spreads = Mapping[str, tuple[float, float, Distribution]]
 """mean, half width, mm or rad, and distribution of the errors by key"""
@@ -138,29 +143,109 @@ class Position:
             low, high = low + first, high - second
         return near, low, high
 
-    def balanced(self, near: Singles, low: Reals, high: Reals, loaded: bool) -> Floats:
-        """Where what is pressed stands, (r,), of approaches (q, r) and bounds (r,); loaded: near where it does
-        nominally."""
-        start = np.full(1, self.base[0]) if loaded else None
+    def balanced(self, near: Singles, low: Reals, high: Reals) -> Floats:
+        """Where what is pressed stands, (r,), of approaches (q, r) and bounds (r,)."""
         load = np.full(1, self.load)
         ends = bracket(low, high, room(self.lever, self.stiffness, load))
-        return balance(near * np.abs(self.lever), self.lever, self.stiffness, load, *ends, start)
+        return balance(near * np.abs(self.lever), self.lever, self.stiffness, load, *ends, self._start(near))
 
-    def beyond(self, near: Singles, least: Reals, most: Reals) -> Bools:
-        """Whether what is pressed stands outside least .. most, (r,), of approaches (q, r)."""
-        size = np.abs(self.lever)
-        return beyond(near * size, self.lever, self.lever * self.stiffness, np.full(1, self.load), least, most)
+    @cached_property
+    def pull(self) -> Singles:
+        """What an approach over |lever| of each station adds to the follower's load, (q,): what pushes above zero."""
+        return np.asarray(-self.lever * np.abs(self.lever) * self.stiffness)[:, 0]
+
+    @cached_property
+    def _linear(self) -> Singles:
+        """What they move the follower by as long as what presses nominally does, (q,); NaN where nothing does."""
+        away = np.sign(self.lever) * self.base[0] + self.nominal > 0.0
+        pull = np.where(away[:, 0], self.pull, 0.0)
+        return np.asarray(pull / (np.abs(pull).sum() or np.nan), dtype=SINGLE)
+
+    def _start(self, near: Singles) -> Floats:
+        """Where what is pressed is looked for first, (r,): where it stands if the same stations press as nominally."""
+        return np.asarray(self.base[0] + self._linear @ (near - self.nominal), dtype=np.float64)
+
+    def excess(self, near: Singles, psi: Singles, room: Singles | None = None) -> Singles:
+        """Load, (s, n), that approaches (q, s n) give at psi (n,) or (s, n) beyond what is asked: it falls with psi;
+        room: as large as near, overwritten."""
+        first, size = self.pushing, psi.shape[-1]
+        each = near.reshape(len(near), -1, size)
+        pressed = np.empty_like(each) if room is None else room.reshape(each.shape)
+        np.maximum(each[:first], psi, out=pressed[:first])
+        np.maximum(each[first:], -psi, out=pressed[first:])
+        given = (self.pull @ pressed.reshape(near.shape)).reshape(-1, size)
+        given -= psi * np.abs(self.pull).sum()
+        given -= SINGLE(self.load)
+        return np.asarray(given)
+
+    def pressure(self, near: Singles, low: Reals, high: Reals, square: Singles) -> Floats:
+        """Largest pressure of approaches (q, r) with bounds (r,), MPa, (r,); square: see `Machines._hard`."""
+        psi = self.balanced(near, low.astype(np.float64), high.astype(np.float64))
+        pressed = np.maximum(near * np.abs(self.lever) + self.lever * psi.astype(SINGLE), 0.0)
+        return np.asarray(np.sqrt((square * pressed).max(axis=0)), dtype=np.float64)
 
 
-    def harder(self, x: Singles, square: Singles, known: Floats) -> Bools:
-        """Whether machines x (columns, size) are pressed harder than known, MPa, (size,); square: see `_hard`."""
-        near, _, _ = self.bounds(x)
-        weight = square * np.abs(self.lever)
-        endless = np.full(near.shape, np.inf, dtype=SINGLE)
-        apart = np.divide(known.astype(SINGLE) ** 2, weight, out=endless, where=weight > 0.0)
-        least = (near - apart)[: self.pushing].max(axis=0, initial=-np.inf)
-        most = (apart - near)[self.pushing :].min(axis=0, initial=np.inf)
-        return np.asarray((least > most) | self.beyond(near, least, most))
+@final
+@immutable
+class Abreast:
+    """Positions of a cam angle, whose machines are judged at once as if they were as many more.
+
+    at       one of them: where they differ is in near alone
+    columns  which of a machine's numbers count there, (c,), all: a slice; near: as of a position, (q p, c)
+    """
+
+    at: Position
+    columns: npt.NDArray[np.intp] | slice
+    near: Singles
+
+    @classmethod
+    def of(cls, each: Sequence[Position], columns: int) -> Abreast:
+        """Of positions of machines with so many numbers."""
+        near = np.zeros((len(each[0].near), len(each), columns), dtype=SINGLE)
+        for i, one in enumerate(each):
+            near[:, i, one.columns] = one.near
+        used = np.unique(np.concatenate([one.columns for one in each]))
+        flat = near.reshape(-1, columns)
+        return cls(each[0], slice(None), flat) if len(used) == columns else cls(each[0], used, flat[:, used])
+
+    def rooms(self, x: Singles, room: Room) -> tuple[Singles, Singles]:
+        """Memory of approaches (q, p n) of machines (columns, n)."""
+        first, second = room[:, : len(self.near) * x.shape[1]]
+        return first.reshape(len(self.at.near), -1), second.reshape(len(self.at.near), -1)
+
+    def bounds(self, x: Singles, near: Singles) -> tuple[Singles, Reals, Reals]:
+        """As of a position, of machines (columns, n): near (q, p n), which is filled, bounds (p n,)."""
+        at = self.at
+        if at.end is not None:
+            return at.bounds(x)
+        np.matmul(self.near, x[self.columns], out=near.reshape(len(self.near), -1))
+        near += at.nominal
+        low: Reals = near[: at.pushing].max(axis=0, initial=-np.inf)
+        high: Reals = near[at.pushing :].max(axis=0, initial=-np.inf)
+        return near, low, np.negative(high, out=high)
+
+    def press(self, x: Singles, square: Singles, most: Floats, room: Room) -> None:
+        """Raise most, MPa, (n,), to the pressures of machines (columns, n) that are larger; square: see `_hard`."""
+        at, size = self.at, x.shape[1]
+        first, second = self.rooms(x, room)
+        near, low, high = self.bounds(x, first)
+        weight = square * np.abs(at.lever)
+        sides = [(side, sign) for side, sign in ((slice(at.pushing), -1.0), (slice(at.pushing, None), 1.0))
+                 if weight[side].any()]  # fmt: skip
+
+        def over() -> Singles:
+            # Where the follower stands as soon as a station is pressed harder than known.
+            apart = (most * most).astype(SINGLE) / np.maximum(weight, TINY)
+            each = second.reshape(len(near), -1, size)
+            np.subtract(near.reshape(each.shape), apart[:, None], out=each)
+            ends = [(sign, -sign * each[side].max(axis=0)) for side, sign in sides]
+            return np.asarray(np.max([sign * at.excess(near, psi, second) for sign, psi in ends], axis=0))
+
+        def settle(rows: Rows) -> None:
+            found = at.pressure(_taken(near, rows), low[rows], high[rows], square)
+            np.maximum.at(most, rows % size, found)
+
+        _settle(over, settle)
 
 
 Zero = tuple[Reals, Reals]
@@ -343,7 +428,7 @@ class Machines:
         zero: Zero | None = None
         figures = []
         for row in (*known, *rows):
-            low, high, play = self._stand(self._positions(self._seated, row, 1, False)[0], self._pilots, None, zero)
+            low, high, play = self._stand(self._positions(self._seated, row, 1, False)[0], self._pilots)
             if self.relative and zero is None:
                 zero = low, high
             figures.append((_off(low, high, zero), play))
@@ -481,6 +566,30 @@ class Machines:
 
         return np.concatenate(self._judged(move, len(dwell), workers))
 
+    def _abreast(self, positions: Sequence[Position]) -> tuple[Abreast, ...]:
+        """Positions in turn, those of a cam angle abreast."""
+        found = list[list[Position]]()
+        for one in positions:
+            if not found or found[-1][0].theta != one.theta or len(found[-1]) == ABREAST:
+                found.append([])
+            found[-1].append(one)
+        return tuple(Abreast.of(each, len(self.columns)) for each in found)
+
+    @cached_property
+    def _rests(self) -> tuple[Abreast, ...]:
+        """Where the machines rest, but for where they are set to zero."""
+        return self._abreast(self.resting[1:] if self.relative else self.resting)
+
+    @cached_property
+    def _moves(self) -> tuple[Abreast, ...]:
+        return self._abreast(self.moving)
+
+    @cached_property
+    def _presses(self) -> tuple[tuple[Abreast, Singles], ...]:
+        """Where the pressure is asked, and the squares of `_hard`."""
+        squares = {position.theta: square for position, square in self._hard}
+        return tuple((each, squares[each.at.theta]) for each in self._abreast([position for position, _ in self._hard]))
+
     def ended(self, samples: int, workers: int = 2) -> Floats | None:
         """How far each of those machines carries its roller towards the ends of its groove, mm, (samples,); None of a
         groove without."""
@@ -498,24 +607,20 @@ class Machines:
 
     def _press(self, x: Singles) -> Floats:
         """Largest pressure of machines (columns, size), MPa, (size,)."""
-        most = np.zeros(x.shape[1])
-        for position, square in self._hard:
-            rows = np.flatnonzero(position.harder(x, square, most))
-            if len(rows):
-                most[rows] = np.maximum(most[rows], _pressure(position, square, x.take(rows, axis=1)))
+        most, room = np.zeros(x.shape[1]), _room([each for each, _ in self._presses], x)
+        for each, square in self._presses:
+            each.press(x, square, most, room)
         return most
 
     def _judged(self, judge: Callable[[int, Singles], Judged], samples: int, workers: int) -> list[Judged]:
         """What a judge of a block's number and numbers (columns, size) says of that and the next ones, TOGETHER."""
         sizes = [min(BLOCK, samples - first) for first in range(0, samples, BLOCK)]
-        # Few are shared more evenly between the workers.
-        together = TOGETHER if len(sizes) > EXPLAINED else TOGETHER // 2
         keeps = len(self.columns) * samples * np.dtype(SINGLE).itemsize <= KEPT
 
         def judged(block: int) -> Judged:
             x = self._kept.get((block, samples))
             if x is None:
-                each = range(block, min(block + together, len(sizes)))
+                each = range(block, min(block + TOGETHER, len(sizes)))
                 drawn = [self._numbers(np.random.default_rng([SEED, one]), sizes[one]) for one in each]
                 x = np.concatenate(drawn, axis=1)
                 if keeps:
@@ -523,7 +628,7 @@ class Machines:
             return judge(block, x)
 
         with ThreadPoolExecutor(max(1, workers)) as pool:
-            return list(pool.map(judged, range(0, len(sizes), together)))
+            return list(pool.map(judged, range(0, len(sizes), TOGETHER)))
 
     @cached_property
     def _kept(self) -> dict[tuple[int, int], Singles]:
@@ -550,16 +655,18 @@ class Machines:
         size = x.shape[1]
         rest, loose, tight = np.zeros(size), np.full(size, -np.inf), np.full(size, np.inf)
         zero: Zero | None = None
-        for position in self.resting:
-            sets = self.relative and zero is None
-            low, high, play = self._stand(position, x, None if sets else rest, zero)
-            if sets:
-                zero = low, high
-            else:
-                np.maximum(rest, _off(low, high, zero), out=rest)
+
+        def plays(at: Position, play: Reals) -> None:
             np.maximum(loose, play, out=loose)
-            levers = np.where(play < 0.0, *position.half_levers)
-            np.minimum(tight, -play * levers, out=tight)
+            np.minimum(tight, -play * np.where(play < 0.0, *at.half_levers), out=tight)
+
+        if self.relative:
+            low, high, play = self._stand(self.resting[0], x)
+            zero = low, high
+            plays(self.resting[0], play)
+        room = _room(self._rests, x)
+        for each in self._rests:
+            plays(each.at, self._reach(each, x, rest, zero, room))
         return np.stack([rest, np.maximum(loose, 0.0), tight])
 
     def _told(self, _: int, x: Singles) -> Sums:
@@ -567,7 +674,7 @@ class Machines:
         zero: Zero | None = None
         outcomes: list[Reals] = []
         for position in self.resting:
-            low, high, _play = self._stand(position, x, None, zero)
+            low, high, _play = self._stand(position, x)
             if self.relative and zero is None:
                 zero = low, high
                 outcomes += [low - low, high - high]
@@ -580,10 +687,9 @@ class Machines:
     def _move(self, x: Singles, dwell: Floats) -> Floats:
         """Largest deviation of machines (columns, size), (size,), of which that in the dwells is known."""
         zero = self._stand(self.resting[0], x)[:2] if self.relative else None
-        worst = dwell.copy()
-        for position in self.moving:
-            low, high, _play = self._stand(position, x, worst, zero)
-            np.maximum(worst, _off(low, high, zero), out=worst)
+        worst, room = dwell.copy(), _room(self._moves, x)
+        for each in self._moves:
+            self._reach(each, x, worst, zero, room)
         return worst
 
     def _numbers(self, rng: np.random.Generator, size: int) -> Singles:
@@ -606,38 +712,67 @@ class Machines:
             row += 1
         return x
 
-    def _stand(
-        self, position: Position, x: Singles, known: Floats | None = None, zero: Zero | None = None
-    ) -> tuple[Reals, Reals, Reals]:
-        """low, high, beyond the nominal ones, and play (size,) of machines at a position; see `seat.Walls.stand`.
-
-        known: deviations from zero, (size,), beyond which it is asked alone: of a machine whose balance keeps within
-        them the middle of what they allow is given.
-        """
+    def _stand(self, position: Position, x: Singles) -> tuple[Reals, Reals, Reals]:
+        """low, high, beyond the nominal ones, and play (size,) of machines at a position; see `seat.Walls.stand`."""
         near, low, high = position.bounds(x)
-        play, side = high - low, position.side
-        base_low, base_high = position.base
+        play, (base_low, base_high) = high - low, position.base
+        if (rigid := self._rigid(position, low, high)) is not None:
+            return rigid - base_low, rigid - base_high, self._plays(play)
+        rows = np.flatnonzero(np.full(len(play), bool(position.side)) | (play < 0.0))
+        bounds, low, high = (low[rows], high[rows]), low.astype(np.float64), high.astype(np.float64)
+        if len(rows):
+            low[rows] = high[rows] = position.balanced(_taken(near, rows), *bounds)
+        return low - base_low, high - base_high, play
+
+    def _rigid(self, position: Position, low: Reals, high: Reals) -> Reals | None:
+        """The bound, (r,), at which followers stand whatever presses them; None of those that play or are balanced."""
         drive = self.loaded.mechanism.drive
         if drive is Drive.ALONE:
-            return low - base_low, low - base_high, np.full(low.shape, np.inf)
-        if drive is Drive.OPPOSED and side:
-            one = low if side > 0.0 else high
-            return one - base_low, one - base_high, play
-        pressed = np.ones(len(play), dtype=bool) if side else play < 0.0
-        if pressed.any():
-            bounds = low, high
-            low, high = low.astype(np.float64), high.astype(np.float64)
-            if known is not None:
-                least, most = _within(position, known, zero)
-                middle = 0.5 * (least + most)
-                np.copyto(low, middle, where=pressed)
-                np.copyto(high, middle, where=pressed)
-                pressed &= position.beyond(near, least, most)
-            rows = np.flatnonzero(pressed)
-            if len(rows):
-                stands = position.balanced(_taken(near, rows), bounds[0][rows], bounds[1][rows], bool(side))
-                low[rows] = high[rows] = stands
-        return low - base_low, high - base_high, play
+            return low
+        return (low if position.side > 0.0 else high) if drive is Drive.OPPOSED and position.side else None
+
+    def _plays(self, play: Reals) -> Reals:
+        """Play (r,), without end where one wall is alone."""
+        return np.full(play.shape, np.inf) if self.loaded.mechanism.drive is Drive.ALONE else play
+
+    def _reach(self, each: Abreast, x: Singles, worst: Floats, zero: Zero | None, room: Room) -> Reals:
+        """The largest play, (n,), of machines (columns, n) at positions; raises worst, their largest deviation from
+        zero, (n,), to those that are larger there: which ones, the sum of what presses tells without its balance."""
+        at, size = each.at, x.shape[1]
+        first, second = each.rooms(x, room)
+        near, low, high = each.bounds(x, first)
+        play, (base_low, base_high) = (high - low).reshape(-1, size), at.base
+        if (rigid := self._rigid(at, low, high)) is not None:
+            one = rigid.reshape(-1, size)
+            np.maximum(worst, _off(one - base_low, one - base_high, zero).max(axis=0), out=worst)
+            return np.asarray(self._plays(play).max(axis=0))
+        free = None if at.side else play >= 0.0
+
+        def raised(rows: Rows, low: Reals, high: Reals) -> None:
+            whose = rows % size
+            mine = None if zero is None else (zero[0][whose], zero[1][whose])
+            np.maximum.at(worst, whose, _off(low - base_low, high - base_high, mine))
+
+        def over() -> Singles:
+            least, most = (v.astype(SINGLE) for v in _within(at, worst, zero))
+            found = at.excess(near, most, second)
+            np.maximum(found, -at.excess(near, least, second), out=found)
+            if free is not None:
+                found[free] = 0.0
+            return found
+
+        def settle(rows: Rows) -> None:
+            stands = at.balanced(_taken(near, rows), low[rows], high[rows])
+            raised(rows, stands, stands)
+
+        if free is not None:
+            ends = low.reshape(play.shape) - base_low, high.reshape(play.shape) - base_high
+            off = _off(*ends, None if zero is None else (zero[0].astype(SINGLE), zero[1].astype(SINGLE)))
+            rows = np.flatnonzero(free & (off > worst))
+            raised(rows, low[rows].astype(np.float64), high[rows].astype(np.float64))
+        if free is None or not free.all():
+            _settle(over, settle)
+        return np.asarray(play.max(axis=0))
 
 
 def telling(figures: Floats, known: int = 0) -> list[int]:
@@ -670,6 +805,28 @@ def _taken(values: Singles, rows: npt.NDArray[np.intp]) -> Singles:
     return values if len(rows) == values.shape[1] else values.take(rows, axis=1)
 
 
+def _room(each: Sequence[Abreast], x: Singles) -> Room:
+    """Memory for two sets of approaches of machines (columns, n) at any of the positions: had anew for each, it costs
+    as much as what is put there."""
+    return np.empty((2, max((len(one.near) for one in each), default=0) * x.shape[1]), dtype=SINGLE)
+
+
+def _settle(over: Callable[[], Singles], settle: Callable[[Rows], None]) -> None:
+    """Settle followers that are over what is known, (p, n), numbered through: of many the farthest of each machine
+    first, which leaves few others."""
+    found = over()
+    rows = np.flatnonzero(found > 0.0)
+    if len(rows) > found.shape[1] // 2:
+        first = found.argmax(axis=0) * found.shape[1] + np.arange(found.shape[1])
+        first = first[found.reshape(-1)[first] > 0.0]
+        settle(first)
+        found = over()
+        found.reshape(-1)[first] = 0.0
+        rows = np.flatnonzero(found > 0.0)
+    if len(rows):
+        settle(rows)
+
+
 def _within(position: Position, known: Floats, zero: Zero | None) -> Zero:
     """Least and largest coordinate, (r,), whose deviation keeps within known ones (r,), see `_off`."""
     low, high = position.base
@@ -691,11 +848,7 @@ def _off(low: Reals, high: Reals, zero: Zero | None) -> Reals:
 
 def _pressure(position: Position, square: Singles, x: Singles) -> Floats:
     """Largest pressure of machines (columns, size) at a position, MPa; square: see `Machines._hard`."""
-    near, low, high = position.bounds(x)
-    psi = position.balanced(near, low.astype(np.float64), high.astype(np.float64), False)
-    approach = near * np.abs(position.lever)
-    pressed = np.maximum(approach + position.lever * psi.astype(SINGLE), 0.0)
-    return np.asarray(np.sqrt((square * pressed).max(axis=0)), dtype=np.float64)
+    return position.pressure(*position.bounds(x), square)
 
 
 def _direction(rng: np.random.Generator, size: int, value: float, how: Distribution) -> Singles:

@@ -330,23 +330,6 @@ def balance(
     raise NotConverged(f"where {len(rows)} of {len(found)} followers stand between their walls was not found")
 
 
-def beyond(
-    approach: Reals, lever: Reals, pull: Reals, load: Floats, least: Reals, most: Reals
-) -> Bools:
-    """Which rows' balance lies outside least .. most, (r,): its sum falls with psi, so that its sign there tells.
-
-    pull: lever times stiffness, (q, 1); the others: see `balance`
-    """
-
-    def rest(psi: Reals) -> Reals:
-        pressed = lever * psi.astype(approach.dtype)
-        pressed += approach
-        np.maximum(pressed, 0.0, out=pressed)
-        return -_summed(pull, pressed) - load
-
-    return np.asarray((rest(most) > 0.0) | (rest(least) < 0.0))
-
-
 def _kept(rows: Bools, values: Reals) -> Any:
     """Those rows of values (..., r), in the order of memory they have; of values (..., 1) that all rows share, all."""
     return values if values.shape[-1] == 1 else np.compress(rows, values, axis=-1)

@@ -115,8 +115,8 @@ def test_the_machines_are_the_same_whatever_the_number_of_workers() -> None:
 
 
 def test_what_is_not_balanced_is_within_what_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Blocks beyond the explained ones balance a machine only where it stands further off than before: the same
-    figures, and the balance lies outside a window exactly where its sum's signs at the ends say so."""
+    """A machine is balanced only where it stands further off than before: the same figures as of every balance, and of
+    stops judged one by one; the balance lies outside a window exactly where its sum's signs at the ends say so."""
     model = _profile("tool_changer")
     spreads = {key: (0.0, 0.005 * CAUSES[key].scale, "normal") for key in ("roller_diameter", "cam_eccentricity")}
     for relative in (False, True):
@@ -124,18 +124,19 @@ def test_what_is_not_balanced_is_within_what_is_known(monkeypatch: pytest.Monkey
         whole = machines.drawn(2 * BLOCK)
         moves = np.maximum(whole.dwell[:BLOCK], _all_moves(machines))
         with monkeypatch.context() as patch:
-            patch.setattr(samples, "EXPLAINED", 0)
-            few = machines.drawn(2 * BLOCK)
-        for name in ("dwell", "backlash", "preload"):
-            np.testing.assert_allclose(getattr(few, name), getattr(whole, name), rtol=2e-6, err_msg=name)
+            patch.setattr(samples, "ABREAST", 1)
+            few = Machines(Sensitivities(_loaded(model)), spreads, relative).drawn(2 * BLOCK)
+            for name in ("dwell", "backlash", "preload", "motion", "pressure"):
+                np.testing.assert_allclose(getattr(few, name), getattr(whole, name), rtol=2e-6, err_msg=name)
         np.testing.assert_allclose(few.motion[:BLOCK], moves, rtol=2e-6)
     position = max(machines.moving, key=lambda position: float(np.abs(position.near).max()))
     x = machines._numbers(np.random.default_rng(1), 50)
     near, low, high = position.bounds(x)
-    psi = position.balanced(near, low, high, loaded=True)
-    size = np.maximum(np.abs(psi), 1e-7)
-    for least, most, out in ((-1.002, 1.002, False), (-0.999, 0.999, True)):
-        assert (position.beyond(near, least * size, most * size) == out)[np.abs(psi) > 1e-7].all()
+    psi = position.balanced(near, low, high)
+    size = np.where(np.abs(psi) > 1e-7, np.abs(psi), 1.0).astype(np.float32)
+    for share, out in ((1.002, False), (0.999, True)):
+        over = np.maximum(position.excess(near, share * size), -position.excess(near, -share * size))[0]
+        assert ((over > 0.0) == out)[size < 1.0].all()
 
 
 def _all_moves(machines: Machines) -> Floats:
