@@ -273,16 +273,25 @@ class Walls:
         below, above = bracket(low[rows], high[rows], self._room[at])
         return balance(near, lever, stiffness, self.load[at], below, above, start)
 
-    def forces(self, errors: Floats) -> Floats:
-        """Force of every station, N, (..., n, q), of a loaded follower; none where nothing presses."""
-        low, high = self.bounds(errors)
-        rows = (self.load_side != 0.0) | (low > high)
-        psi = np.where(rows, 0.0, 0.5 * (low + high))
-        if rows.any():
-            psi = psi.copy()
-            psi[rows] = self._balanced(errors, np.broadcast_to(rows, low.shape), low, high)
-        pressed = np.maximum(self._nominal + errors + self.lever * psi[..., None], 0.0)
-        return np.asarray(np.where(rows[..., None], self.stiffness * pressed, 0.0))
+    def forces(self, errors: Floats, stand: Stand | None = None) -> Floats:
+        """Force of every station, N, (..., n, q), of a loaded follower; none where nothing presses.
+
+        stand: where it stands under these errors, if that is known
+        """
+        if stand is not None and self.drive is Drive.SHARED:
+            rows, psi = (self.load_side != 0.0) | (stand.play < 0.0), stand.low
+        else:
+            low, high = self.bounds(errors)
+            rows, psi = (self.load_side != 0.0) | (low > high), np.zeros(low.shape)
+            if rows.any():
+                psi[rows] = self._balanced(errors, np.broadcast_to(rows, low.shape), low, high)
+        force = self.lever * np.where(rows, psi, 0.0)[..., None]
+        force += self._nominal
+        force += errors
+        np.maximum(force, 0.0, out=force)
+        force *= self.stiffness
+        force *= rows[..., None]
+        return np.asarray(force)
 
 
 def balance(

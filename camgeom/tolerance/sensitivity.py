@@ -255,7 +255,7 @@ class Sensitivities:
             (grown,) = tried.told(self._growth(stood.play)[None], lambda errors: self._growth(walls.play(errors)))
             self._opened(tried, grown)
             lost = self._lost(grown)
-        found, pressure = [], self._harder(tried)
+        found, pressure = [], self._harder(tried, stood)
         for i, (cause, curve) in enumerate(zip(causes, moved)):
             at = int(np.argmax(curve))
             motion = Extreme(float(curve[at]), float(self.theta[at]))
@@ -331,18 +331,24 @@ class Sensitivities:
         """Whether walls stand on both sides."""
         return self.loaded.mechanism.drive is not Drive.ALONE
 
-    def _harder(self, tried: Trials) -> list[float | None]:
-        """Largest pressure of the turn with each error over that without."""
+    def _harder(self, tried: Trials, stood: Stand) -> list[float | None]:
+        """Largest pressure of the turn with each error over that without; stood: where they stand with those tried."""
         if self.hard is None:
             return [None] * (int(tried.cause[-1]) + 1)
         before = self.hard.value
 
-        def growth(rows: Rows) -> Figure:
+        def growth(rows: Rows) -> Callable[..., Floats]:
             walls, square = self._walls.rows(rows), self.seated.packed.square[rows]
-            return lambda errors: np.sqrt((walls.forces(errors) * square).max(axis=-1)) / before - 1.0
+
+            def grown(errors: Floats, stand: Stand | None = None) -> Floats:
+                force = walls.forces(errors, stand)
+                force *= square
+                return np.asarray(np.sqrt(force.max(axis=-1)) / before - 1.0)
+
+            return grown
 
         every = growth(np.arange(len(self.theta)))
-        ends = every(tried.errors)
+        ends = every(tried.errors, stood)
         (found,) = tried.told(ends[None], every)
         tried.swung(ends, found, growth)
         return [1.0 + float(each.max()) for each in found]
