@@ -17,7 +17,7 @@ from camgeom.maths import Floats
 from camgeom.maths.extremum import bracketed_root
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.mesh import clip
-from camgeom.maths.sampling import Counts, Strip, angles
+from camgeom.maths.sampling import Counts
 from camgeom.solid.builder import Index
 from camgeom.solid.lands import LandSurface
 from camgeom.track.section import CrossSection
@@ -41,20 +41,6 @@ class Addresses:
     column: Floats
     row: Floats
 
-    @classmethod
-    def of(cls, strips: list[Strip], count: int) -> Addresses:
-        """Of vertices numbered strip by strip, column by column, and after them those of lands, `count` in all."""
-        owner, column, row = np.full(count, LAND), np.zeros(count), np.zeros(count)
-        start = 0
-        for k, strip in enumerate(strips):
-            columns, rows = strip.corner.shape[1:]
-            part = slice(start, start + columns * rows)
-            owner[part] = k
-            column[part] = np.repeat(np.arange(columns), rows)
-            row[part] = np.tile(np.arange(rows), columns)
-            start = part.stop
-        return cls(owner, column, row)
-
     def of_vertices(self, index: Index) -> Addresses:
         """Those of some vertices, of any shape."""
         return Addresses(self.owner[index], self.column[index], self.row[index])
@@ -75,21 +61,20 @@ class Addresses:
 class EndCut:
     """Grooves and lands with their true surfaces, for being cut off.
 
-    strips  of the grooves at knots theta, with counts of cells across their bands; closed: their last column is the
-            first one's vertices
+    angles  rad, cam angles of the columns of every groove; counts of rows across its bands
+    closed  whether a groove's last column is its first one
     """
 
     sections: tuple[CrossSection, ...]
     land: LandSurface
-    theta: Floats
-    strips: list[Strip]
+    angles: list[Floats]
     counts: Counts
     closed: bool
 
     @cached_property
-    def _angles(self) -> list[Floats]:
-        """Cam angles of the columns of every strip."""
-        return [angles(self.theta, strip.first + np.arange(strip.cells + 1)) for strip in self.strips]
+    def _cells(self) -> Floats:
+        """Columns of every groove, less one."""
+        return np.array([len(phi) - 1.0 for phi in self.angles])
 
     def on_groove(self, at: Addresses) -> Floats:
         """Exact points (n, 3) at addresses (n,), none of them a land's."""
@@ -97,7 +82,7 @@ class EndCut:
         for k, section in enumerate(self.sections):
             own = np.flatnonzero(at.owner == k)
             if len(own):
-                phi = np.interp(at.column[own], np.arange(len(self._angles[k])), self._angles[k])
+                phi = np.interp(at.column[own], np.arange(len(self.angles[k])), self.angles[k])
                 points[own] = section.at(phi, at.row[own], self.counts).T
         return points
 
@@ -112,14 +97,14 @@ class EndCut:
         """The same addresses with columns of a closed groove counted on from those beside them."""
         if not self.closed:
             return at
-        cells = np.array([strip.cells for strip in self.strips])[np.maximum(at.owner, 0)]
+        cells = self._cells[np.maximum(at.owner, 0)]
         return Addresses(at.owner, at.column + cells * np.rint((beside.column - at.column) / cells), at.row)
 
     def _wrapped(self, at: Addresses) -> Addresses:
         """The same addresses with columns within their strips."""
         if not self.closed:
             return at
-        cells = np.array([strip.cells for strip in self.strips])[np.maximum(at.owner, 0)]
+        cells = self._cells[np.maximum(at.owner, 0)]
         return Addresses(at.owner, np.where(at.column > cells, at.column - cells, np.maximum(at.column, 0.0)), at.row)
 
     def between(self, one: Addresses, other: Addresses, share: Floats) -> Addresses:
@@ -173,7 +158,7 @@ class EndCut:
         row = np.clip(at.row + rows, 0.0, float(sum(self.counts)))
         column = at.column + columns
         if not self.closed:
-            cells = np.array([strip.cells for strip in self.strips])[at.owner]
+            cells = self._cells[at.owner]
             column = np.clip(column, 0.0, cells)
         return Addresses(at.owner, np.asarray(column, dtype=np.float64), np.asarray(row, dtype=np.float64))
 

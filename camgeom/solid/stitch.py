@@ -8,6 +8,7 @@ carried on beyond the blank's ends, where the finished surface is cut off.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from math import ceil, cos
 
@@ -22,7 +23,6 @@ from camgeom.maths.sampling import (
     TURN,
     Cells,
     Counts,
-    Sampled,
     Strip,
     angles,
     columns_over,
@@ -33,7 +33,7 @@ from camgeom.maths.sampling import (
 from camgeom.solid import ENDS_CUT, TOUCHED, Solid, eased, stated
 from camgeom.solid.blank import Blank, bore_walls, chord_step
 from camgeom.solid.builder import Builder, Index, cell_faces, filled
-from camgeom.solid.ends import Addresses, EndCut
+from camgeom.solid.ends import LAND, Addresses, EndCut
 from camgeom.solid.lands import Land, LandSurface, NotOneSurface, Rim, land_net, land_of
 from camgeom.track import Track
 from camgeom.track.section import Column, CrossSection
@@ -130,7 +130,8 @@ class TurretSurface:
             phi = angles(theta, np.arange(first, last + 1))
             found.append(Strip(first, bands[:-1], section.rows(Column(section.track, phi), counts[:-1])))
         for strip in found[: len(self.sections)]:
-            edges = [self.unrolled(strip, row, theta) for row in (0, -1)]
+            phi = self.angles(strip, theta)
+            edges = [self.unrolled(strip.corner[:, :, row], phi) for row in (0, -1)]
             corner = np.stack([np.stack([x, w, w]) for x, w in edges], axis=2)
             found.append(Strip(strip.first, bands[-1:], corner))
         return found
@@ -149,28 +150,35 @@ class TurretSurface:
             found.append(Cells(a, np.zeros_like(a), np.zeros_like(a)))
         return found
 
-    def unrolled(self, strip: Strip, row: int, theta: Floats) -> tuple[Floats, Floats]:
-        """x (n,) and w of a row of a groove: x = phi - sense psi, psi the polar angle from the groove's middle."""
-        centre, _ = self._middle
-        points, phi = strip.corner[:, :, row], angles(theta, strip.first + np.arange(strip.cells + 1))
+    def unrolled(self, points: Floats, phi: Floats) -> tuple[Floats, Floats]:
+        """x (n,) and w of points (3, n) of a groove at cam angles: x = phi - sense psi, psi the polar angle from the
+        groove's middle."""
         psi = np.arctan2(points[1], points[0]) + self.sense * phi
-        return phi - self.sense * ((psi - centre + np.pi) % TURN - np.pi), self.land.along(points)
+        return phi - self.sense * ((psi - self._middle[0] + np.pi) % TURN - np.pi), self.land.along(points)
 
     def points(self, x: Floats, w: Floats) -> Floats:
         """Points (3, ...) on the land at unrolled x and w."""
         return self.land.points(self._middle[0] - self.sense * x, w)
 
-    def rim(
-        self, strip: Strip, upper: bool, theta: Floats, offset: int = 0, share: float = 0.0, counts: Counts = (1, 1)
-    ) -> tuple[int, Floats, Floats]:
-        """Row number, x and w of one side of a groove at a share of its depth (counts: cells of its bands).
+    def is_last(self, upper: bool) -> bool:
+        """Whether a groove's upper side, or its lower one, is its last row."""
+        return upper == (self._middle[1] > 0.0)
+
+    def _rim(
+        self, strip: Strip, upper: bool, theta: Floats, offset: int, share: float, counts: Counts
+    ) -> tuple[Floats, Floats]:
+        """x and w of one side of a groove at a share of its depth (counts: cells of its bands).
 
         upper  the side with the greater w; offset: rounds by which the groove stands ahead
         """
-        last = upper == (self._middle[1] > 0.0)
-        row = -1 - round(share * counts[-1]) if last else round(share * counts[0])
-        x, w = self.unrolled(strip, row, theta)
-        return row, x - TURN * offset, w
+        row = -1 - round(share * counts[-1]) if self.is_last(upper) else round(share * counts[0])
+        x, w = self.unrolled(strip.corner[:, :, row], self.angles(strip, theta))
+        return x - TURN * offset, w
+
+    @staticmethod
+    def angles(strip: Strip, theta: Floats) -> Floats:
+        """Cam angles of a strip's columns, rad."""
+        return angles(theta, strip.first + np.arange(strip.cells + 1))
 
     @property
     def outward(self) -> tuple[bool, bool]:
@@ -183,20 +191,20 @@ class TurretSurface:
             for between in self.lands:
                 if between.lower is None or between.upper is None:
                     continue
-                low = self.rim(grooves[between.lower], True, theta, 0, share, counts)
-                high = self.rim(grooves[between.upper], False, theta, between.offset, share, counts)
+                low = self._rim(grooves[between.lower], True, theta, 0, share, counts)
+                high = self._rim(grooves[between.upper], False, theta, between.offset, share, counts)
                 self._ordered(low, high)
             for strip in grooves if share < 1.0 else ():
-                rims = [self.rim(strip, upper, theta, 0, share, counts) for upper in (False, True)]
+                rims = [self._rim(strip, upper, theta, 0, share, counts) for upper in (False, True)]
                 self._ordered(rims[0], rims[1])
 
-    def _ordered(self, low: tuple[int, Floats, Floats], high: tuple[int, Floats, Floats]) -> None:
+    def _ordered(self, low: tuple[Floats, Floats], high: tuple[Floats, Floats]) -> None:
         """Raise NotOneSurface where, within the cam, a rim turns back in x or the lower is not below the upper."""
-        for _, x, w in (low, high):
+        for x, w in (low, high):
             on = (np.minimum(w[1:], w[:-1]) < self.ends[1]) & (np.maximum(w[1:], w[:-1]) > self.ends[0])
             if np.any(np.diff(x)[on] <= 0.0):
                 raise NotOneSurface("a groove's edge turns back")
-        for (_, x, w), (_, other_x, other_w), sign in ((low, high, 1.0), (high, low, -1.0)):
+        for (x, w), (other_x, other_w), sign in ((low, high, 1.0), (high, low, -1.0)):
             on = (w < self.ends[1]) & (w > self.ends[0]) & (x > other_x[0]) & (x < other_x[-1])
             if np.any(on) and float((sign * (np.interp(x[on], other_x, other_w) - w[on])).min()) <= 0.0:
                 raise NotOneSurface("two grooves touch")
@@ -208,6 +216,71 @@ def _alike(a: Track, b: Track) -> bool:
     return a.program is b.program and all(getattr(a, k) == getattr(b, k) for k in same)
 
 
+@immutable
+class Groove:
+    """The facets of one groove.
+
+    points  (3, v), faces (f, 3) outward, and the number (f,) of each one's band
+    column, row  of every vertex (v,), real numbers: its cam angle among `angles`, and where it is across the bands, of
+            `counts` rows each
+    rims    numbers of the vertices of the first row and of the last, and their cam angles, rad, by rising angle; of a
+            closed groove the first one once more at the end
+    """
+
+    points: Floats
+    faces: Index
+    band: Index
+    column: Floats
+    row: Floats
+    angles: Floats
+    counts: Counts
+    rims: tuple[tuple[Index, Floats], tuple[Index, Floats]]
+
+
+Errors = list[tuple[str, float]]
+"""chord error, mm, of faces by their group's name"""
+Mesher = Callable[[TurretSurface, Floats, float, float | None], tuple[list[Groove], Errors]]
+"""grooves of a surface with knots of one round within a tolerance, mm, and a free one, and their errors"""
+
+
+def gridded(
+    surface: TurretSurface, knots: Floats, tolerance: float, free: float | None
+) -> tuple[list[Groove], Errors]:
+    """All grooves as one structured grid: the same steps round the cam, and rows, for all of them.
+
+    Raises NotOneSurface where grooves touch.
+    """
+    ease = eased((*surface.names, "land"), tolerance, free)
+    rounds = sample_surface(surface, knots, tolerance, surface.most, ease)
+    counts, strips = rounds.counts[:-1], rounds.strips[: len(surface.sections)]
+    surface.check(rounds.theta, strips, counts)
+    bands = np.repeat(np.arange(len(counts)), counts)
+    found = [
+        _gridded(surface, strip, rising, counts, bands, surface.angles(strip, rounds.theta))
+        for strip, rising in zip(strips, rounds.rising)
+    ]
+    errors = [(TOUCHED, rounds.errors[0])]
+    return found, errors + [("floor", error) for error in rounds.errors[1:] if error is not None]
+
+
+def _gridded(
+    surface: TurretSurface, strip: Strip, rising: npt.NDArray[np.bool_], counts: Counts, bands: Index, phi: Floats
+) -> Groove:
+    """A strip's cells that reach between the cam's ends."""
+    columns, rows = strip.corner.shape[1:]
+    number = np.arange(columns * rows).reshape(columns, rows)
+    if surface.closed:
+        number[-1] = number[0]
+    on = strip.within(surface.low, surface.high)
+    p00, p10, p11, p01 = number[:-1, :-1][on], number[1:, :-1][on], number[1:, 1:][on], number[:-1, 1:][on]
+    cells = cell_faces(p00, p10, p11, p01, rising[on], inward=not surface.outward[0])
+    return Groove(
+        strip.corner.reshape(3, -1), cells.reshape(-1, 3), np.repeat(np.broadcast_to(bands, on.shape)[on], 2),
+        np.repeat(np.arange(float(columns)), rows), np.tile(np.arange(float(rows)), columns), phi, counts,
+        ((number[:, 0], phi), (number[:, -1], phi)),
+    )  # fmt: skip
+
+
 def groove_solid(
     name: str,
     blank: Blank,
@@ -217,16 +290,17 @@ def groove_solid(
     tolerance: float,
     straight: bool = False,
     free: float | None = None,
+    mesher: Mesher = gridded,
 ) -> Solid:
     """A blank whose outline edge `edge` is cut by grooves; sections end on that edge's surface.
 
     straight  cut the facets at the cam's ends as they are, which is quicker and leaves the error there unmeasured
     free      mm, tolerance of all faces but flanks; None: the same
-    Raises NotOneSurface where the topology is not that of separate grooves, NotConverged as `sample_surface` does.
+    Raises NotOneSurface where the topology is not that of separate grooves, NotConverged as the mesher does.
     """
     aim, wide = tolerance, free
     for _ in range(TRIES):
-        solid = _groove_solid(name, blank, edge, sections, expected_genus, aim, straight, wide)
+        solid = _groove_solid(name, blank, edge, sections, expected_genus, aim, straight, wide, mesher)
         over = solid.chord_error / tolerance
         over_free = 0.0 if free is None or solid.free_error is None else solid.free_error / free
         if straight or max(over, over_free) <= 1.0:
@@ -246,6 +320,7 @@ def _groove_solid(
     tolerance: float,
     straight: bool,
     free: float | None,
+    mesher: Mesher,
 ) -> Solid:
     land = land_of(blank, edge)
     if land is None:
@@ -253,26 +328,24 @@ def _groove_solid(
     low, high = blank.outline[edge][1], blank.outline[edge + 1][1]
     surface = TurretSurface(sections, land, low, high)
     knots = replace(sections[0].track, span=(0.0, TURN)).knots()
-    ease = eased((*surface.names, "land"), tolerance, free)
-    rounds = sample_surface(surface, knots, (1.0 - ON_PLANE) * tolerance, surface.most, ease)
-    whole, sag = stitched(surface, rounds, (1.0 - ON_PLANE) * (free or tolerance))
-    points, cut = whole.points, whole.crossing(low, high, ON_PLANE * tolerance)
+    near, room = ON_PLANE * tolerance, 1.0 - ON_PLANE
+    grooves, errors = mesher(surface, knots, room * tolerance, free and room * free)
+    whole, sag = stitched(surface, grooves, room * (free or tolerance))
+    points, cut = whole.points, whole.crossing(low, high, near)
     faces, label = whole.faces[cut], whole.label[cut]
-    grooves = rounds.strips[: len(sections)]
-    ends = EndCut(sections, land, rounds.theta, grooves, rounds.counts[:-1], surface.closed)
-    at = Addresses.of(grooves, len(points))
+    ends = EndCut(sections, land, [groove.angles for groove in grooves], grooves[0].counts, surface.closed)
+    at = whole.addresses
     fresh = np.zeros(len(points), dtype=bool)
     for height, sign in ((high, 1.0), (low, -1.0)):
         if straight:
-            points[np.abs(points[:, 2] - height) < ON_PLANE * tolerance, 2] = height
+            points[np.abs(points[:, 2] - height) < near, 2] = height
             points, faces, label = clip(points, faces, label, height, sign)
             continue
-        points, at, moved = ends.laid(points, at, height, ON_PLANE * tolerance)
+        points, at, moved = ends.laid(points, at, height, near)
         fresh[moved] = True
         points, at, faces, label = ends.clipped(points, at, faces, label, height, sign)
         fresh = np.append(fresh, np.ones(len(points) - len(fresh), dtype=bool))
-    errors = [(TOUCHED, rounds.errors[0] + ON_PLANE * tolerance), ("land", sag + ON_PLANE * tolerance)]
-    errors += [("floor", error + ON_PLANE * tolerance) for error in rounds.errors[1:] if error is not None]
+    errors = [(group, error + near) for group, error in (*errors, ("land", sag))]
     if not straight:
         beside = fresh[faces].any(axis=1)
         for k, group in enumerate(whole.names):
@@ -289,9 +362,11 @@ def _groove_solid(
 
 @immutable
 class OpenSurface:
-    """An open surface: points (v, 3), outward faces (f, 3), and the number (f,) of each face's name."""
+    """An open surface: points (v, 3) with their addresses, outward faces (f, 3), and the number (f,) of each one's
+    name."""
 
     points: Floats
+    addresses: Addresses
     faces: Index
     label: Labels
     names: tuple[str, ...]
@@ -302,51 +377,40 @@ class OpenSurface:
         return np.asarray(off[self.faces].any(axis=1))
 
 
-def stitched(surface: TurretSurface, rounds: Sampled, tolerance: float) -> tuple[OpenSurface, float]:
+def stitched(surface: TurretSurface, grooves: list[Groove], tolerance: float) -> tuple[OpenSurface, float]:
     """Grooves and lands as one surface that runs on beyond the cam's ends, and the largest sag of the lands, mm."""
-    strips = rounds.strips[: len(surface.sections)]
-    surface.check(rounds.theta, strips, rounds.counts[:-1])
     names = tuple(dict.fromkeys([*surface.names, "land"]))
-    bands = np.repeat(np.array([names.index(name) for name in surface.names], dtype=np.uint8), rounds.counts[:-1])
-    points = [strip.corner.reshape(3, -1) for strip in strips]
+    numbers = np.array([names.index(name) for name in surface.names], dtype=np.uint8)
+    points = [groove.points for groove in grooves]
     starts = np.cumsum([0, *(x.shape[1] for x in points)])
-    numbers = [
-        start + np.arange(x.shape[1]).reshape(strip.corner.shape[1:]) for start, x, strip in zip(starts, points, strips)
-    ]
-    if surface.closed:
-        for number in numbers:
-            number[-1] = number[0]
-    found = [_groove_faces(surface, *each, bands) for each in zip(strips, numbers, rounds.rising)]
+    faces = [groove.faces + start for groove, start in zip(grooves, starts)]
+    label = [numbers[groove.band] for groove in grooves]
     count, worst = int(starts[-1]), 0.0
     for between in surface.lands:
         rims = [
-            None if groove is None else _rim(surface, strips[groove], numbers[groove], rounds.theta, upper, offset)
-            for groove, upper, offset in ((between.lower, True, 0), (between.upper, False, between.offset))
+            None if k is None else _rim(surface, grooves[k], int(starts[k]), upper, offset)
+            for k, upper, offset in ((between.lower, True, 0), (between.upper, False, between.offset))
         ]
         net = land_net(Land(surface.land, rims[0], rims[1], surface.ends, surface.closed), count, tolerance)
         points.append(surface.points(net.x, net.w))
-        faces = net.faces if surface.outward[1] else net.faces[:, ::-1]
-        found.append((faces, np.full(len(faces), names.index("land"), dtype=np.uint8)))
+        faces.append(net.faces if surface.outward[1] else net.faces[:, ::-1])
+        label.append(np.full(len(net.faces), names.index("land"), dtype=np.uint8))
         count, worst = count + len(net.x), max(worst, net.sag)
-    every = np.concatenate([faces for faces, _ in found])
-    label = np.concatenate([label for _, label in found])
-    return OpenSurface(np.ascontiguousarray(np.concatenate(points, axis=1).T), every, label, names), worst
+    free = count - int(starts[-1])
+    addresses = Addresses(
+        np.concatenate([np.repeat(np.arange(len(grooves)), np.diff(starts)), np.full(free, LAND)]),
+        np.concatenate([*(groove.column for groove in grooves), np.zeros(free)]),
+        np.concatenate([*(groove.row for groove in grooves), np.zeros(free)]),
+    )
+    every = np.ascontiguousarray(np.concatenate(points, axis=1).T)
+    return OpenSurface(every, addresses, np.concatenate(faces), np.concatenate(label), names), worst
 
 
-def _rim(surface: TurretSurface, strip: Strip, number: Index, theta: Floats, upper: bool, offset: int) -> Rim:
-    """One edge of a groove as the rim of a land."""
-    row, x, w = surface.rim(strip, upper, theta, offset)
-    return Rim(x, w, number[:, row])
-
-
-def _groove_faces(
-    surface: TurretSurface, strip: Strip, number: Index, rising: npt.NDArray[np.bool_], bands: Labels
-) -> tuple[Index, Labels]:
-    """Faces (f, 3) and labels (f,) of the cells of a groove that reach between the cam's ends."""
-    on = strip.within(surface.low, surface.high)
-    p00, p10, p11, p01 = number[:-1, :-1][on], number[1:, :-1][on], number[1:, 1:][on], number[:-1, 1:][on]
-    cells = cell_faces(p00, p10, p11, p01, rising[on], inward=not surface.outward[0])
-    return cells.reshape(-1, 3), np.repeat(np.broadcast_to(bands, on.shape)[on], 2)
+def _rim(surface: TurretSurface, groove: Groove, start: int, upper: bool, offset: int) -> Rim:
+    """One edge of a groove, whose vertices are numbered from `start` on, as the rim of a land."""
+    number, phi = groove.rims[surface.is_last(upper)]
+    x, w = surface.unrolled(groove.points[:, number], phi)
+    return Rim(x - TURN * offset, w, start + number)
 
 
 def _close(builder: Builder, points: Floats, faces: Index, blank: Blank, edge: int, tolerance: float) -> float:

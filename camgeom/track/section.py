@@ -382,6 +382,10 @@ class CrossSection(Protocol):
     def at(self, phi: Floats, row: Floats, counts: tuple[int, ...]) -> Floats:
         """Points (3, n) at cam angles (n,) and rows (n,) that need not be whole numbers."""
 
+    @property
+    def bands(self) -> list[Band]:
+        """Each band as a surface."""
+
 
 Band = Callable[[Column, Floats], Floats]
 """Points (3, n, m) of a band at columns (n,) and shares (n, m) of the way across it."""
@@ -525,6 +529,11 @@ class FlooredSection:
 
     def at(self, phi: Floats, row: Floats, counts: tuple[int, ...]) -> Floats:
         """Points (3, n) at cam angles (n,) and rows (n,) that need not be whole numbers."""
+        return _banded(self.track, phi, row, counts, self.bands)
+
+    @property
+    def bands(self) -> list[Band]:
+        """Each band as a surface."""
 
         def wall(side: float, column: Column, share: Floats) -> Floats:
             return self._at_shares(column, side, share)
@@ -533,8 +542,7 @@ class FlooredSection:
             foot, other = (column.wall(side, column.reach(side, self.floor, self.guesses[1])) for side in (1.0, -1.0))
             return foot + (other - foot) * share
 
-        bands: list[Band] = [partial(wall, 1.0), floor, lambda column, share: wall(-1.0, column, 1.0 - share)]
-        return _banded(self.track, phi, row, counts, bands)
+        return [partial(wall, 1.0), floor, lambda column, share: wall(-1.0, column, 1.0 - share)]
 
     def _wall(self, column: Column, side: float, count: int) -> Floats:
         return self._at_shares(column, side, np.arange(count + 1) / count)
@@ -565,16 +573,18 @@ class RootedSection:
         """Points (3, n, 1 + sum(counts))."""
         ends = np.cumsum((0, *counts))
         row = np.arange(ends[-1] + 1)
-        bands = self._bands()
+        bands = self.bands
         shares = [(row[a : b + (k == 4)] - a) / (b - a) for k, (a, b) in enumerate(zip(ends[:-1], ends[1:]))]
         return np.concatenate([band(column, share[None, :]) for band, share in zip(bands, shares)], axis=2)
 
     def at(self, phi: Floats, row: Floats, counts: tuple[int, ...]) -> Floats:
         """Points (3, n) at cam angles (n,) and rows (n,) that need not be whole numbers."""
-        return _banded(self.track, phi, row, counts, self._bands())
+        return _banded(self.track, phi, row, counts, self.bands)
 
-    def _bands(self) -> list[Band]:
-        """Points (3, n, k) of the bands at shares (1, k) or (n, k)."""
+    @property
+    def bands(self) -> list[Band]:
+        """Each band as a surface."""
+
         def floor(column: Column, share: Floats) -> Floats:
             start, stop = (column.corner(side, np.array([ROOTED])) for side in (1.0, -1.0))
             return np.asarray(start + (stop - start) * share)

@@ -24,10 +24,10 @@ from camgeom.maths.banded.rows import meshed
 __all__ = ["Band", "Banded", "banded", "forms_of"]
 
 
-def banded(bands: Sequence[Band], knots: Floats) -> Banded:
-    """Mesh bands that close on themselves after the turn from the first of the knots to the last.
+def banded(bands: Sequence[Band], knots: Floats, closed: bool = True) -> Banded:
+    """Mesh bands from the first of the knots to the last, where they close on themselves or end.
 
     knots  (k,) angles at which a derivative may jump, with both ends. NotConverged where it takes too many triangles.
     """
-    plan = planned(bands, knots)
+    plan = planned(bands, knots, closed)
     return within(bands, meshed(bands, plan))

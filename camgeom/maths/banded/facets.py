@@ -72,11 +72,14 @@ class Banded:
     """Triangles within the tolerance of their bands.
 
     points  (3, v), faces (f, 3) turning from phi to u, and the band (f,) of each
+    phi     (v,) angles of the vertices; row (v,): number of the band and the way u across it, whole on edges
     edges   vertices of every edge of a band, from the first one's u = 0 to the last one's u = 1, by rising phi
     errors  (b,) largest chord error of each band, mm
     """
 
     points: Floats
+    phi: Floats
+    row: Floats
     faces: Corners
     band: Index
     edges: tuple[Index, ...]
@@ -133,8 +136,12 @@ class Facets:
         used[corner] = True
         number = (np.cumsum(used) - 1).astype(np.int32)
         edges = tuple(np.split(number[self.rings].astype(np.int64), self.begin[1:-1]))
-        points = self.points.take(np.flatnonzero(used), axis=1)
-        return Banded(points, number[corner], self.band[stands], edges, errors)
+        kept = np.flatnonzero(used)
+        row = self.edge.astype(np.float64)
+        inner = row[corner] < 0.0
+        row[corner[inner]] = np.broadcast_to(self.band[stands, None], inner.shape)[inner] + self.u[corner[inner]]
+        points = self.points.take(kept, axis=1)
+        return Banded(points, self.phi[kept], row[kept], number[corner], self.band[stands], edges, errors)
 
 
 @immutable

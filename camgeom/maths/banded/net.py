@@ -61,7 +61,7 @@ class Net:
 
     @cached_property
     def closing(self) -> Index:
-        """The last place of every owner, which is the first one again."""
+        """The last place of every owner, which is the first one again where the bands are closed."""
         return self.plan.begin[1:] - 1
 
     @cached_property
@@ -86,14 +86,16 @@ class Net:
     def size(self) -> Index:
         """Vertices at every place, (a,)."""
         size = self.counts - 1
-        size[self.closing] = 0
+        if self.plan.closed:
+            size[self.closing] = 0
         return size
 
     @cached_property
     def start(self) -> Index:
         """The first vertex at every place, (a,)."""
         found = np.cumsum(self.size) - self.size
-        found[self.closing] = found[self.plan.begin[:-1]]
+        if self.plan.closed:
+            found[self.closing] = found[self.plan.begin[:-1]]
         return found
 
     @cached_property
@@ -106,7 +108,7 @@ class Net:
 
     def edge(self, k: int) -> Index:
         """Places of an edge's vertices."""
-        return np.arange(self.plan.begin[2 * k], self.closing[2 * k])
+        return np.arange(self.plan.begin[2 * k], self.closing[2 * k] + (not self.plan.closed))
 
     @cached_property
     def regular(self) -> Index:
@@ -219,7 +221,7 @@ class Net:
         """Ask for the inner vertices of all columns, and for those of edges that have the same steps; marks these."""
         plan, counts = self.plan, self.counts
         on = (self.owner % 2 == 1) & ((counts > 1) | self.whole[np.minimum(self.owner // 2, len(self.whole) - 1)])
-        on[self.closing] = False
+        on[self.closing] &= not self.plan.closed
         columns = np.flatnonzero(on)
         for b, own in self.grouped(columns, self.owner[columns] // 2, counts[columns]):
             rows, whole = counts[own], bool(self.whole[b])

@@ -128,6 +128,7 @@ class Plan:
     even    (s,) whether its edges have the steps of its columns
     place   (3, s, 2) in phi where it starts and ends: of the edge below, of the columns, of the edge above
     lean    (2, b, n) at a band's first row and its last: step along phi to the next row that joins best, by cell
+    closed  whether the turn's end is its start; else the bands end there
     """
 
     theta: Floats
@@ -138,9 +139,10 @@ class Plan:
     even: Mask
     place: Index
     lean: Floats
+    closed: bool
 
 
-def planned(bands: Sequence[Band], knots: Floats) -> Plan:
+def planned(bands: Sequence[Band], knots: Floats, closed: bool) -> Plan:
     """Rows block by block, and the angles of every edge and of every band's columns."""
     theta = subdivided_knots(knots, BLOCKS * CELLS)
     width = np.diff(theta)
@@ -173,7 +175,7 @@ def planned(bands: Sequence[Band], knots: Floats) -> Plan:
     thin = (forms.width < THIN * np.array([[band.tolerance] for band in bands])).reshape(len(bands), -1, CELLS)
     shrinks = np.array([[band.shrinks is not None] for band in bands])
     tied = np.array([[band.even] for band in bands]) | (shrinks & thin.any(axis=2))
-    return _stretches(knots, theta, density, count[:, ::CELLS], tied, forms.leans(count, step))
+    return _stretches(knots, theta, density, count[:, ::CELLS], tied, forms.leans(count, step), closed)
 
 
 def _choice(most: int) -> Index:
@@ -184,7 +186,9 @@ def _choice(most: int) -> Index:
     return np.array(found)
 
 
-def _stretches(knots: Floats, theta: Floats, density: Floats, count: Index, tied: Mask, lean: Floats) -> Plan:
+def _stretches(
+    knots: Floats, theta: Floats, density: Floats, count: Index, tied: Mask, lean: Floats, closed: bool
+) -> Plan:
     """The plan from steps per radian (2 b + 1, n) of all owners, rows (b, m) of every block, and which are tied."""
     n, m, many = density.shape[1], count.shape[1], len(density)
     ends = theta[::CELLS]
@@ -243,7 +247,8 @@ def _stretches(knots: Floats, theta: Floats, density: Floats, count: Index, tied
     angle = np.stack([where[own], where[own + 1]], axis=1)
     low, high = (keys.searchsorted(angle + (aside * (owner[own] + k))[:, None]) for k in (-1, 1))
     return Plan(
-        theta, phi, begin, band, np.where(changes, 0, rows), tied[band, block], np.stack([low, column, high]), lean
+        theta, phi, begin, band, np.where(changes, 0, rows), tied[band, block], np.stack([low, column, high]), lean,
+        closed,
     )
 
 

@@ -43,6 +43,7 @@ def meshed(bands: Sequence[Band], plan: Plan) -> Measured:
     shared = [(half + net.opposite(at[side], k), first[side] + k * rows[side]) for k in (0, 2)]
     halved = np.zeros(len(plan.phi), dtype=bool)
     halved[np.concatenate([to for to, _ in shared]) - half] = True
+    halved[net.closing] = True
     net.ask_alone(request, ~known, ~halved, half, chord, link)
     told = request.told(bands, int(ends[-1]))
     for to, source in shared:
