@@ -145,7 +145,7 @@ NO_ROOT = NO_STRESS | SHARP
 NO_RIB = idle("only a drum's rib is asked for by its thickness", "limits.warn_rib_share")
 NO_DRUM = NO_RIB | idle("only a drum's groove is made although it is undercut", "output.undercut_solid")
 REGULAR = idle(
-    "only drums, whose grooves stay within both ends, and end faces are meshed with fewer triangles so far",
+    "only drums, whose grooves stay within both ends, end faces and cams of turrets are meshed with fewer triangles",
     "output.fewest_triangles",
 )  # fmt: skip
 PLANE_REST = idle("all faces of this cam that no follower touches are plane", "output.free_tolerance")

@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from camgeom.cams import NO_DRUM, NO_ROOT, ONE_WAY, REGULAR, Cam, idle, keyway_idle, problem, sense_of
+from camgeom.cams import NO_DRUM, NO_ROOT, ONE_WAY, Cam, idle, keyway_idle, problem, sense_of
 from camgeom.errors import Problem
 from camgeom.keys import Gap
 from camgeom.motion.program import Program
@@ -68,9 +68,10 @@ class TurretKeys(Cam):
         return Relief(self.dwell_ends(program), radians(self.relief_angle), height)
 
     def idle(self, setup: Setup) -> dict[str, str]:
-        """Keys of a keyway without a bore, and of a relief that is none."""
-        del setup
-        found = NO_DRUM | REGULAR | self.ROOTLESS | ONE_WAY | keyway_idle(self.bore)
+        """Keys of a keyway without a bore, of a relief that is none, and of what grooves of balls do not have."""
+        found = NO_DRUM | self.ROOTLESS | ONE_WAY | keyway_idle(self.bore)
+        if isinstance(setup.roller, SphereRoller):
+            found |= idle("grooves of balls are meshed with no fewer triangles", "output.fewest_triangles")
         found |= idle("the grooves are open, a tool comes in at an end", "cutter.lead", "cutter.start_angle")
         return found if self.relief else found | idle("without a relief it fades over no angle", "cam.relief_angle")
 

@@ -179,7 +179,8 @@ class Output(Section):
         "contact force over the squared thickness of the wall behind it is largest"
     )
     fewest_triangles: bool = Field(
-        False, description="mesh a drum or an end face with about half the triangles, in two to three times the time"
+        False, description="mesh a drum, an end face or an indexing cam with about half to three quarters of the "
+        "triangles, in two to four times the time"
     )
     undercut_solid: bool = Field(
         False, description="make the body of an undercut drum all the same, from many roller positions; slow, rough"

@@ -26,7 +26,7 @@ from camgeom.solid.blank import Blank
 from camgeom.solid.builder import Builder, Index, add_grid, band_cells, cell_faces, wrapped_faces
 from camgeom.solid.engine import subtract, unite
 from camgeom.solid.lands import CylinderLand, GloboidLand, NotOneSurface, land_of
-from camgeom.solid.stitch import groove_solid
+from camgeom.solid.stitch import Mesher, gridded, groove_solid
 from camgeom.track import Arc, Straight, Track
 from camgeom.track.clearance import least_clearance
 from camgeom.track.section import Column, CrossSection, FlooredSection, GrooveSection, Level, RootedSection
@@ -107,10 +107,12 @@ class IndexingCut:
         except (NotOneSurface, NotConverged):
             return self.cut(tolerance)
 
-    def direct(self, tolerance: float, free: float | None = None, straight: bool = False) -> Solid:
+    def direct(
+        self, tolerance: float, free: float | None = None, straight: bool = False, mesher: Mesher = gridded
+    ) -> Solid:
         """Grooves, lands and ends as one surface. Raises NotOneSurface where they are not."""
-        sections = self.sections(self.land)
-        return groove_solid(self.name, self.blank, self._edge, sections, self.expected_genus, tolerance, straight, free)
+        sections, genus = self.sections(self.land), self.expected_genus
+        return groove_solid(self.name, self.blank, self._edge, sections, genus, tolerance, straight, free, mesher)
 
     @property
     def _edge(self) -> int:

@@ -1,6 +1,6 @@
-"""Drums and end faces with about the fewest triangles: bands whose rows and columns follow the curvature.
+"""Drums, end faces and indexing cams with about the fewest triangles: rows and columns of bands follow the curvature.
 
-The same bodies as `camgeom.solid.drum` and `grooves` mesh as one structured grid in less than half the time.
+The same bodies as `camgeom.solid.drum`, `grooves` and `stitch` mesh as one structured grid in less than half the time.
 """
 
 from __future__ import annotations
@@ -9,22 +9,35 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import accumulate
-from math import sqrt
+from math import ceil, sqrt
 
 import numpy as np
 
+from camgeom.errors import DesignError, NotConverged
 from camgeom.maths import Floats
 from camgeom.maths.banded import Band, Banded, banded
+from camgeom.maths.sampling import TURN, Strip, subdivided_knots
 from camgeom.solid import TOUCHED, Part, Solid, stated
 from camgeom.solid.blank import Blank, close_ends
 from camgeom.solid.builder import Builder
+from camgeom.solid.cut import IndexingCut
 from camgeom.solid.drum import EndFaceRing, GroovedCylinder, RibbedCylinder, on_cylinder, refuse_turned
 from camgeom.solid.grooves import GroovedDrum
+from camgeom.solid.lands import NotOneSurface
+from camgeom.solid.stitch import Errors, Groove, TurretSurface
 from camgeom.track import Track
-from camgeom.track.section import Column
+from camgeom.track.section import Column, CrossSection
 
 BATCH = 4096
 """poses made at once: so many stay in the processor's cache"""
+LOOKED = 24
+"""columns between two knots at which an indexing cam's grooves are looked at before"""
+FAR = 2.0
+"""rad; two vertices of a groove that are further from each other are not of one facet"""
+RIM = 0.5
+"""share of the tolerance that a land may sag along a rim's chords, either way"""
+SAME = 1e-9
+"""difference of angles, rad, that are the same"""
 Surface = Callable[[Floats, Floats], Floats]
 """points (3, n, m) at angles (n,) and ways across (n, m)"""
 Edge = Callable[[Floats], Floats]
@@ -32,7 +45,7 @@ Edge = Callable[[Floats], Floats]
 
 
 def fewest(part: Part, tolerance: float, free: float | None = None) -> Solid:
-    """A drum's body with the fewest triangles; any other body as it makes itself.
+    """A drum's, an end face's or an indexing cam's body with the fewest triangles; any other one as it makes itself.
 
     free  mm, tolerance of the faces that no follower touches; None: the same
     """
@@ -44,7 +57,97 @@ def fewest(part: Part, tolerance: float, free: float | None = None) -> Solid:
         return _ribbed(part, tolerance, free)
     if isinstance(part, EndFaceRing):
         return _end_face(part, tolerance, free)
+    if isinstance(part, IndexingCut):
+        return _turret(part, tolerance, free)
     return part.solid(tolerance, free)
+
+
+def _turret(body: IndexingCut, tolerance: float, free: float | None) -> Solid:
+    """Of both forms the one with fewer triangles, for lands between long chords of rims may take more.
+
+    Raises DesignError where grooves and lands are not one surface, which a boolean cuts with no fewer triangles.
+    """
+    try:
+        plain = body.direct(tolerance, free)
+    except NotOneSurface as error:
+        raise DesignError(f"{error}: leave out output.fewest_triangles, the body is cut by a boolean") from error
+    try:
+        few = body.direct(tolerance, free, mesher=turret_grooves)
+    except (NotOneSurface, NotConverged):
+        return plain
+    return min((few, plain), key=lambda solid: len(solid.mesh.faces))
+
+
+def turret_grooves(
+    surface: TurretSurface, knots: Floats, tolerance: float, free: float | None
+) -> tuple[list[Groove], Errors]:
+    """Each groove of an indexing cam by its own bands. Raises NotOneSurface where grooves touch."""
+    once = subdivided_knots(knots, LOOKED)
+    counts = tuple(2 if name == TOUCHED else 1 for name in surface.names)
+    strips = surface.strips(once, (*counts, 1))[: len(surface.sections)]
+    surface.check(once, strips, counts)
+    found: list[Groove] = []
+    errors: Errors = []
+    for section, strip in zip(surface.sections, strips):
+        span = knots if surface.closed else _reach(surface, section.track, strip, once)
+        bands = _turret_bands(section, tolerance, free)
+        rims = partial(_at_share, bands[0].at, 0.0), partial(_at_share, bands[-1].at, 1.0)
+        beyond = partial(_rim_steps, surface, rims, RIM * (free or tolerance))
+        made = banded(bands, span, surface.closed, surface.kept, beyond)
+        errors += [(band.name, error) for band, error in zip(bands, made.errors)]
+        found.append(_turret_groove(surface, made, span, len(bands)))
+    return found, errors
+
+
+def _turret_bands(section: CrossSection, tolerance: float, free: float | None) -> list[Band]:
+    """The bands of a groove, sharp where flank and floor meet and at the rims."""
+    columns, plain = Columns(section.track), len(section.names) < 4
+    own = [
+        Band(name, partial(columns.points, at), tolerance, source=columns, side=side, sharp=plain or not side)
+        for side, (name, at) in enumerate(zip(section.names, section.bands))
+    ]
+    return _with_free(own, free)
+
+
+def _rim_steps(surface: TurretSurface, rims: tuple[Edge, Edge], sag: float, phi: Floats) -> Floats:
+    """Longest steps (2, n) of a groove's rims at cam angles (n,), rad, for lands between them with a sag, mm."""
+    found = []
+    for rim in rims:
+        x, w = surface.unrolled(rim(phi)[:, :, 0], phi)
+        along, across = np.gradient(x, phi), np.gradient(w, phi)
+        # A land bends one way along and the other way across: chords on either side of its rim sag by either.
+        none = np.zeros_like(w)
+        unit = surface.land.sag(along, none, w) + surface.land.sag(none, across, w)
+        found.append(np.sqrt(sag / np.maximum(unit, 1e-300)))
+    return np.stack(found)
+
+
+def _reach(surface: TurretSurface, track: Track, strip: Strip, once: Floats) -> Floats:
+    """Knots (k,) from a little before a groove comes in at one end of the cam until a little after it leaves."""
+    phi = surface.angles(strip, once)
+    on = np.flatnonzero(strip.within(surface.low, surface.high).any(axis=1))
+    low, high = phi[max(0, on[0] - 1)], phi[min(len(phi) - 1, on[-1] + 2)]
+    inner = track.knots()
+    return np.concatenate([[low], inner[(inner > low + SAME) & (inner < high - SAME)], [high]])
+
+
+def _turret_groove(surface: TurretSurface, made: Banded, span: Floats, bands: int) -> Groove:
+    """What a groove's bands have become, between the cam's ends."""
+    faces, band = made.faces, made.band
+    z = made.points[2][faces]
+    on = (z.min(axis=1) < surface.high) & (z.max(axis=1) > surface.low)
+    faces, band = faces[on], band[on]
+    parts = ceil((span[-1] - span[0]) / FAR)
+    angles = np.linspace(span[0], span[-1], parts + 1)
+    column = (made.phi - span[0]) * (parts / (span[-1] - span[0]))
+    rims = []
+    for edge in (made.edges[0], made.edges[-1]):
+        phi = made.phi[edge]
+        rims.append((np.append(edge, edge[0]), np.append(phi, phi[0] + TURN)) if surface.closed else (edge, phi))
+    return Groove(
+        made.points, faces if surface.outward[0] else faces[:, ::-1], band, column, made.row, angles,
+        (1,) * bands, (rims[0], rims[1]),
+    )  # fmt: skip
 
 
 def _grooved(body: GroovedCylinder, tolerance: float, free: float | None) -> Solid:

@@ -39,7 +39,8 @@ from camgeom.track import Track
 from camgeom.track.section import Column, CrossSection
 
 Labels = npt.NDArray[np.uint8]
-TRIES = 3
+CUTS = (0.95, 0.8, 0.6)
+"""shares of its tolerance that a facet is kept to which an end cuts, one attempt after the other"""
 ON_PLANE = 1e-3
 """share of the tolerance within which a vertex beside an end plane is laid on it"""
 
@@ -58,12 +59,16 @@ class Between:
 
 @immutable
 class TurretSurface:
-    """Grooves and lands of an indexing cam between two heights, mm; sections in order of their tracks' shift."""
+    """Grooves and lands of an indexing cam between two heights, mm; sections in order of their tracks' shift.
+
+    cut  share of its tolerance that a facet is kept to which an end cuts: what is left of it may be off by more
+    """
 
     sections: tuple[CrossSection, ...]
     land: LandSurface
     low: float
     high: float
+    cut: float = 1.0
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -159,6 +164,12 @@ class TurretSurface:
     def points(self, x: Floats, w: Floats) -> Floats:
         """Points (3, ...) on the land at unrolled x and w."""
         return self.land.points(self._middle[0] - self.sense * x, w)
+
+    def kept(self, corners: Floats) -> Floats:
+        """Share (f,) of its tolerance that a facet with these corners (3, 3, f) is kept to."""
+        low, high = corners[2].min(axis=0), corners[2].max(axis=0)
+        cut = [(low < end) & (high > end) for end in (self.low, self.high)]
+        return np.where(cut[0] | cut[1], self.cut, 1.0)
 
     def is_last(self, upper: bool) -> bool:
         """Whether a groove's upper side, or its lower one, is its last row."""
@@ -299,15 +310,15 @@ def groove_solid(
     Raises NotOneSurface where the topology is not that of separate grooves, NotConverged as the mesher does.
     """
     aim, wide = tolerance, free
-    for _ in range(TRIES):
-        solid = _groove_solid(name, blank, edge, sections, expected_genus, aim, straight, wide, mesher)
+    for cut in CUTS:
+        solid = _groove_solid(name, blank, edge, sections, expected_genus, aim, straight, wide, mesher, cut)
         over = solid.chord_error / tolerance
         over_free = 0.0 if free is None or solid.free_error is None else solid.free_error / free
         if straight or max(over, over_free) <= 1.0:
             break
         # Facets at the cam's ends, whose cells were not measured as a whole.
-        aim *= 0.95 / over if over > 1.0 else 1.0
-        wide = wide and max(aim, wide * (0.95 / over_free if over_free > 1.0 else 1.0))
+        aim *= 0.985 / over if over > 1.0 else 1.0
+        wide = wide and max(aim, wide * (0.985 / over_free if over_free > 1.0 else 1.0))
     return solid
 
 
@@ -321,12 +332,13 @@ def _groove_solid(
     straight: bool,
     free: float | None,
     mesher: Mesher,
+    cut_share: float,
 ) -> Solid:
     land = land_of(blank, edge)
     if land is None:
         raise NotOneSurface("the blank's outside is neither a cylinder nor a globoid")
     low, high = blank.outline[edge][1], blank.outline[edge + 1][1]
-    surface = TurretSurface(sections, land, low, high)
+    surface = TurretSurface(sections, land, low, high, cut_share)
     knots = replace(sections[0].track, span=(0.0, TURN)).knots()
     near, room = ON_PLANE * tolerance, 1.0 - ON_PLANE
     grooves, errors = mesher(surface, knots, room * tolerance, free and room * free)

@@ -1,4 +1,4 @@
-"""Triangles of every profile's drums and end faces, as one structured grid and with output.fewest_triangles.
+"""Triangles of drums, end faces and indexing cams, as one structured grid and with output.fewest_triangles.
 
 The fewest triangles with vertices on a surface and a chord error e cover 3 sqrt(3)/2 e / sqrt(K) each where it is bent
 to one side, and 2 sqrt(5) e / sqrt(-K) where it is bent both ways (K the Gaussian curvature; Pottmann, Krasauskas,
@@ -48,12 +48,12 @@ def least(bands: Sequence[Band], knots: np.ndarray, error: float) -> Counter[str
 
 
 def surfaces(model: Model) -> list[tuple[Sequence[Band], np.ndarray]]:
-    """Bands and knots of every body of a model that has them."""
+    """Bands and knots of every body of a model that has them; grooves of indexing cams run on beyond the ends."""
     found: list[tuple[Sequence[Band], np.ndarray]] = []
 
-    def record(bands: Sequence[Band], knots: np.ndarray) -> Banded:
+    def record(bands: Sequence[Band], knots: np.ndarray, *more: Any) -> Banded:
         found.append((bands, knots))
-        return banded(bands, knots)
+        return banded(bands, knots, *more)
 
     mesher.banded = record
     try:
@@ -81,7 +81,7 @@ def figures(model: Model, make: Callable[[Part, float], Solid], data: dict[str, 
 
 
 def row(path: Path) -> Row | None:
-    """The row of a profile; None where it has no drum."""
+    """The row of a profile; None where the key is refused."""
     data = tomllib.loads(path.read_text())
     model = read(str(path))
     bands = surfaces(model)
@@ -92,7 +92,8 @@ def row(path: Path) -> Row | None:
     after = figures(model, mesher.fewest, asked)
     fewest: Counter[str] = Counter()
     for body in bands:
-        fewest.update(least(*body, after["stated"]))
+        if model.mechanism.turret is None:
+            fewest.update(least(*body, after["stated"]))
     found: Row = {"profile": path.stem, "tolerance_um": short(model.tolerance * 1e3)}
     for kind, names in (("", None), ("flank_", ("flank",)), ("rim_", ("edge", "root"))):
         was, now = (
@@ -111,10 +112,10 @@ def row(path: Path) -> Row | None:
 
 
 def tables(quick: bool) -> list[Table]:
-    """A row a profile that has a drum or an end face."""
+    """A row a profile that has a drum, an end face or an indexing cam."""
     rows = [found for path in sorted((ROOT / "profiles").glob("*.toml")) if (found := row(path)) is not None]
     note = "Rims: what the edge of the roller's end sweeps, or the root. Of fewest: times the fewest possible."
-    return [Table("fewest", "Triangles of drums against the fewest possible", rows, note)]
+    return [Table("fewest", "Triangles of drums and indexing cams against the fewest possible", rows, note)]
 
 
 if __name__ == "__main__":

@@ -21,7 +21,10 @@ from tests.oracle.envelope import roller_distance, swept_distance, triangle_poin
 from tests.reference.machines import pin_cam, pin_setup, swinging_cam, swinging_setup
 
 PROFILES = Path(__file__).parents[2] / "profiles"
-SHARES = {"pin_insertion": 0.56, "steep_shuttle": 0.6, "end_face_lifter": 0.8, "two_groove_drum": 0.6}
+SHARES = {
+    "pin_insertion": 0.56, "steep_shuttle": 0.6, "end_face_lifter": 0.8, "two_groove_drum": 0.6, "tool_changer": 0.63,
+    "two_start": 0.66, "conical_indexer": 0.75, "barrel_indexer": 0.82,
+}  # fmt: skip
 """most triangles as a share of the structured grid's"""
 
 
@@ -49,10 +52,13 @@ def test_the_same_body_with_fewer_triangles(name):
     assert np.array_equal(again.mesh.faces, few.mesh.faces)
 
 
-@pytest.mark.parametrize("tolerance", [2e-2, 1e-3])
-def test_the_oracle_finds_no_facet_beyond_the_tolerance(tolerance):
+@pytest.mark.parametrize(
+    ("name", "tolerance"),
+    [("pin_insertion", 2e-2), ("pin_insertion", 1e-3), ("tool_changer", 2e-2), ("two_start", 5e-3)],
+)
+def test_the_oracle_finds_no_facet_beyond_the_tolerance(name, tolerance):
     """By the follower placed from the keys, at random points of random facets; near the tolerance somewhere."""
-    path = PROFILES / "pin_insertion.toml"
+    path = PROFILES / f"{name}.toml"
     model = read(str(path))
     program = model.setup.program
     ends = np.array([span.end for span in program.spans])
@@ -63,7 +69,9 @@ def test_the_oracle_finds_no_facet_beyond_the_tolerance(tolerance):
     names = np.array(mesh.groups)[mesh.group]
     faces = rng.choice(np.flatnonzero(np.isin(names, ("flank", "edge"))), 400)
     x = np.einsum("fk,fkx->fx", rng.dirichlet(np.ones(3), 400), mesh.vertices[mesh.faces[faces]])
-    off = np.minimum(np.abs(oracle.least(x)), oracle.blank(x))
+    # Beyond the roller's own end the tool leaves more.
+    touch = np.maximum(oracle.least(x, loose=True), -oracle.least(x)) if oracle.loose else np.abs(oracle.least(x))
+    off = np.minimum(touch, oracle.blank(x))
     assert 0.6 * tolerance < off.max() <= tolerance
 
 

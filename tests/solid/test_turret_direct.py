@@ -8,10 +8,12 @@ from math import pi
 import numpy as np
 import pytest
 
+from camgeom.errors import DesignError
 from camgeom.maths.mesh import clip, open_loops
 from camgeom.maths.sampling import TURN, angles, columns_over, middle_angles
 from camgeom.solid import ENDS_CUT
 from camgeom.solid.blank import Blank
+from camgeom.solid.fewest import fewest
 from camgeom.solid.lands import CylinderLand, GloboidLand, GloboidLevel, Land, NotOneSurface, Rim, land_net, land_of
 from camgeom.track.section import CylinderLevel
 from tests.reference.indexing_machines import barrel, index_program, indexer
@@ -45,6 +47,13 @@ def test_same_body_as_the_boolean(made):
         # Two bodies within the tolerance of a third differ by less than its area times twice the tolerance.
         assert abs(direct.mesh.volume - cut.mesh.volume) < tolerance * direct.mesh.area
         volumes.append((direct.mesh.volume, cut.mesh.volume))
+        few = fewest(part, tolerance)
+        assert few.sound
+        assert few.method == ENDS_CUT
+        assert set(few.mesh.groups) == set(direct.mesh.groups)
+        assert few.chord_error <= tolerance
+        assert abs(few.mesh.volume - cut.mesh.volume) < tolerance * direct.mesh.area
+        assert len(few.mesh.faces) <= len(direct.mesh.faces)
     limits = [2.0 * fine - coarse for coarse, fine in zip(*volumes)]
     assert limits[0] == pytest.approx(limits[1], rel=2e-4)
 
@@ -76,6 +85,10 @@ def test_to_and_fro_closes_every_groove():
     assert direct.mesh.watertight
     assert (direct.mesh.components, direct.mesh.genus) == (cut.mesh.components, cut.mesh.genus)
     assert direct.mesh.volume == pytest.approx(cut.mesh.volume, rel=5e-4)
+    few = fewest(part, 0.05)
+    assert few.sound
+    assert len(few.mesh.faces) < len(direct.mesh.faces)
+    assert few.mesh.volume == pytest.approx(direct.mesh.volume, rel=5e-4)
 
 
 def test_grooves_that_touch_are_left_to_the_boolean():
@@ -83,6 +96,8 @@ def test_grooves_that_touch_are_left_to_the_boolean():
     (part,) = cam.mechanism(setup).parts
     with pytest.raises(NotOneSurface, match="touch"):
         part.direct(0.1)
+    with pytest.raises(DesignError, match=r"two grooves touch: leave out output\.fewest_triangles"):
+        fewest(part, 0.1)
     solid = part.solid(0.1)
     assert solid.method == "boolean"
     assert solid.sound

@@ -17,17 +17,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from camgeom.maths import Floats
-from camgeom.maths.banded.facets import Band, Banded, within
-from camgeom.maths.banded.plan import forms_of, planned
+from camgeom.maths.banded.facets import Band, Banded, Shares, within
+from camgeom.maths.banded.plan import Longest, forms_of, planned
 from camgeom.maths.banded.rows import meshed
 
 __all__ = ["Band", "Banded", "banded", "forms_of"]
 
 
-def banded(bands: Sequence[Band], knots: Floats, closed: bool = True) -> Banded:
+def banded(
+    bands: Sequence[Band], knots: Floats, closed: bool = True, shares: Shares | None = None,
+    longest: Longest | None = None,
+) -> Banded:
     """Mesh bands from the first of the knots to the last, where they close on themselves or end.
 
-    knots  (k,) angles at which a derivative may jump, with both ends. NotConverged where it takes too many triangles.
+    knots   (k,) angles at which a derivative may jump, with both ends. NotConverged where it takes too many triangles.
+    shares  of the tolerance that facets are kept to, told from their corners (3, 3, f); None: all of it
+    longest  steps (2, n) of the first edge and of the last at angles (n,), for what is beyond them
     """
-    plan = planned(bands, knots, closed)
-    return within(bands, meshed(bands, plan))
+    plan = planned(bands, knots, closed, longest)
+    return within(bands, meshed(bands, plan, shares))

@@ -67,6 +67,10 @@ class Band:
         return MET * self.seen * self.tolerance
 
 
+Shares = Callable[[Floats], Floats]
+"""of facets with corners (3, 3, f): the share of its room that each is kept to, (f,)"""
+
+
 @immutable
 class Banded:
     """Triangles within the tolerance of their bands.
@@ -100,7 +104,7 @@ class Facets:
     """Triangles: vertices (f, 3) and band (f,), and which still stand; points (3, v), their phi and u (v,).
 
     edge    (v,) number of the edge a vertex stands on, where u is 0 or 1 by the band, or -1
-    room    (b,) most that a facet of a band may be off where it is measured, mm
+    room    (b,) most that a facet of a band may be off where it is measured, mm; shares: see `banded`
     rings   vertices of all edges, each by rising phi; begin: of each the first, and the end
     """
 
@@ -115,6 +119,7 @@ class Facets:
     rings: Index
     begin: Index
     turn: float
+    shares: Shares | None
 
     def places(self, ask: Index) -> tuple[Floats, Floats]:
         """phi and u (q, 3) of the corners of facets."""
@@ -126,7 +131,8 @@ class Facets:
 
     def rooms(self, ask: Index | slice) -> Floats:
         """Most that facets may be off where they are measured, mm, (q,)."""
-        return np.asarray(self.room[self.band[ask]])
+        room = np.asarray(self.room[self.band[ask]])
+        return room if self.shares is None else room * self.shares(self.points[:, self.corner[ask].T])
 
     def finished(self, errors: tuple[float, ...]) -> Banded:
         """What stands, without vertices that nothing uses."""
@@ -187,7 +193,7 @@ def within(bands: Sequence[Band], measured: Measured) -> Banded:
     for _ in range(ROUNDS):
         if not mark.any():
             share = np.zeros(len(bands))
-            np.maximum.at(share, facets.band[facets.stands], (sag / facets.rooms(slice(None)))[facets.stands])
+            np.maximum.at(share, facets.band[facets.stands], (sag / facets.room[facets.band])[facets.stands])
             return facets.finished(tuple(float(own) * band.tolerance for own, band in zip(share, bands)))
         facets = _split(facets, over, mids, mark)
         over = np.arange(len(sag), len(facets.band))
@@ -330,6 +336,7 @@ def _split(facets: Facets, ask: Index, mids: Floats, mark: Mask) -> Facets:
         np.append(facets.u, share), np.append(facets.edge, edge), facets.room, corner, np.concatenate(bands),
         np.append(stands, np.ones(len(corner) - len(stands), dtype=bool)),
         np.insert(rings, cut + 1, size + at[cut]).astype(np.int64), begin + np.searchsorted(cut, begin), facets.turn,
+        facets.shares,
     )  # fmt: skip
 
 

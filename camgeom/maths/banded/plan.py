@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -31,20 +31,31 @@ CHANGE = 0.45
 """of a block, in which the number of rows may change"""
 THIN = 8.0
 """times the tolerance below which a band is so narrow that its edges and columns have the same steps"""
+ASIDE = 0.25
+"""of the distance of two rows, by which chords of one may leave it within the surface"""
+Longest = Callable[[Floats], Floats]
+"""steps (2, n) at angles (n,)"""
 LEANS = np.array([-0.5, -0.25, 0.0, 0.25, 0.5])
 """of a step, to choose from: how far chords to the next row stand off on the average"""
 
 
 @immutable
 class Forms:
-    """Second forms of bands in cells of angle and of u, (b, n, ACROSS); L at both edges (2, b, n) and least width
-    (b, n), mm."""
+    """Second forms of bands in cells of angle and of u, (b, n, ACROSS); L at both edges (2, b, n), least width (b, n),
+    mm, and how sharply rows turn within the surface, mm/rad², (b, n)."""
 
     L: Floats
     M: Floats
     N: Floats
     edges: Floats
     width: Floats
+    turns: Floats
+
+    def within(self, which: Index, counts: Index, tolerance: Floats) -> Floats:
+        """Longest steps at which chords of some bands' rows, so many (q, b, n), stay beside each other, or within the
+        tolerance (b,)."""
+        aside = np.maximum(ASIDE * self.width[which] / counts, tolerance[which, None])
+        return np.asarray(np.sqrt(8.0 * aside / np.maximum(self.turns[which], 1e-300)))
 
     def steps(self, which: Index, counts: Index, room: Floats, longest: Floats) -> Floats:
         """Longest steps (q, b, n) of the columns of some bands with so many rows (q,) and sags to room (b,) / 8; 0
@@ -110,11 +121,14 @@ def forms_of(bands: Sequence[Band], theta: Floats) -> Forms:
     square = step * step
     span = x[..., -1] - x[..., 0]
     width = np.sqrt(dot(span, span))
+    middle = along[..., at]
+    aside = cross(normal, middle)
+    aside = np.abs(dot(aside, bent[..., at])) / np.maximum(np.sqrt(dot(middle, middle)), 1e-300) / square
     return Forms(
         dot(normal, bent[..., at]) / square, dot(normal, twist) * (ACROSS / (2.0 * step)),
         dot(normal, curl) * (4.0 * ACROSS**2),
         np.stack([dot(normal[..., end], bent[..., end]) / square[:, 0] for end in (0, -1)]),
-        np.minimum(np.minimum(width[:, :-1:2], width[:, 1::2]), width[:, 2::2]),
+        np.minimum(np.minimum(width[:, :-1:2], width[:, 1::2]), width[:, 2::2]), aside.max(axis=2),
     )  # fmt: skip
 
 
@@ -142,7 +156,7 @@ class Plan:
     closed: bool
 
 
-def planned(bands: Sequence[Band], knots: Floats, closed: bool) -> Plan:
+def planned(bands: Sequence[Band], knots: Floats, closed: bool, beyond: Longest | None) -> Plan:
     """Rows block by block, and the angles of every edge and of every band's columns."""
     theta = subdivided_knots(knots, BLOCKS * CELLS)
     width = np.diff(theta)
@@ -159,7 +173,8 @@ def planned(bands: Sequence[Band], knots: Floats, closed: bool) -> Plan:
     for size in {len(choice) for choice in choices}:
         which = np.array([b for b, choice in enumerate(choices) if len(choice) == size])
         choice = choices[which[0]]
-        h = forms.steps(which, choice, room, longest)
+        h = np.minimum(forms.steps(which, choice, room, longest),
+                       forms.within(which, choice[:, None, None], room / 8.0))  # fmt: skip
         cost = np.where(h > 0.0, choice[:, None, None] * width / np.where(h > 0.0, h, 1.0), np.inf)
         pick = cost.reshape(size, len(which), -1, CELLS).sum(axis=3).argmin(axis=0).repeat(CELLS, axis=1)
         count[which] = choice[pick]
@@ -168,10 +183,13 @@ def planned(bands: Sequence[Band], knots: Floats, closed: bool) -> Plan:
     density = np.zeros((2 * len(bands) + 1, n))
     density[1::2] = own
     bend = np.maximum(np.sqrt(np.abs(forms.edges) / room[:, None]), np.where(count == 1, own, own / LONGER))
+    bend = np.maximum(bend, 1.0 / forms.within(np.arange(len(bands)), count, room / 8.0))
     density[2::2] = bend[1]
     edge = density[:-1:2]
     sharp = np.array([band.sharp for band in bands])[:, None]
     density[:-1:2] = np.where(sharp, np.sqrt(np.hypot(edge * edge, bend[0] * bend[0])), np.maximum(edge, bend[0]))
+    if beyond is not None:
+        density[[0, -1]] = np.maximum(density[[0, -1]], 1.0 / beyond(theta[:-1] + 0.5 * width))
     thin = (forms.width < THIN * np.array([[band.tolerance] for band in bands])).reshape(len(bands), -1, CELLS)
     shrinks = np.array([[band.shrinks is not None] for band in bands])
     tied = np.array([[band.even] for band in bands]) | (shrinks & thin.any(axis=2))

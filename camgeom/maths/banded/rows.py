@@ -8,7 +8,7 @@ import numpy as np
 
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
-from camgeom.maths.banded.facets import Band, Corners, Facets, Index, Mask, Measured, kept, sags
+from camgeom.maths.banded.facets import Band, Corners, Facets, Index, Mask, Measured, Shares, kept, sags
 from camgeom.maths.banded.net import Net, Request
 from camgeom.maths.banded.plan import Plan
 from camgeom.maths.sampling import MAX_CELLS, patch_sag
@@ -18,7 +18,7 @@ CHUNK = 16384
 """cells measured at once: so many stay in the processor's cache"""
 
 
-def meshed(bands: Sequence[Band], plan: Plan) -> Measured:
+def meshed(bands: Sequence[Band], plan: Plan, shares: Shares | None) -> Measured:
     """The facets of all rows and strips, measured."""
     net = Net(plan)
     cells = int(plan.rows[net.gaps[0]].sum())
@@ -64,11 +64,11 @@ def meshed(bands: Sequence[Band], plan: Plan) -> Measured:
     facets = Facets(
         points, plan.phi[place], share, edge_of, np.array([band.room for band in bands]), corner,
         label, kept(corner), ring if one is None else one[ring].astype(np.int64),
-        np.cumsum([0, *map(len, edges)]), float(plan.theta[-1] - plan.theta[0]),
+        np.cumsum([0, *map(len, edges)]), float(plan.theta[-1] - plan.theta[0]), shares,
     )  # fmt: skip
     sag, mark = sags(points, corner[len(grid.corner) :], mids, facets.rooms(slice(len(grid.corner), None)))
     split = np.flatnonzero(mark.any(axis=0))
-    over, own_sag, off, marked = grid.over(facets.room[plan.band[stretch]])
+    over, own_sag, off, marked = grid.over(facets.rooms(slice(0, len(grid.corner), 2)))
     sag = np.concatenate([np.repeat(grid.sag, 2), sag])
     sag[over] = own_sag
     return Measured(
@@ -110,11 +110,11 @@ class Cells:
         return _cell_sags(*corners, *(self._told.take(half + k, axis=1) for k in range(3)))
 
     def over(self, room: Floats) -> tuple[Index, Floats, Floats, Mask]:
-        """Triangles (q,) of cells that are off by more than the room (g,) of their gaps, and their own sags, mm; the
+        """Triangles (q,) of cells that are off by more than the room (c,) of each, and their own sags, mm; the
         middles (3, 3, q) of their edges, of which those along columns are not known, and which (3, q) are to be split.
         """
-        at = np.flatnonzero(self.sag > room[self.gap])
-        number, rising, half, most = self._number[:, at], self._rising[at], self._half[at], room[self.gap[at]]
+        at = np.flatnonzero(self.sag > room)
+        number, rising, half, most = self._number[:, at], self._rising[at], self._half[at], room[at]
         _, _, (low, high, up, down) = self._measured(number, half)
         # Of both triangles the row, the diagonal, and the column, which has what the others leave over.
         row, diagonal, across = np.stack([low, high]), np.where(rising, up, down), 0.5 * (up + down - low - high)
