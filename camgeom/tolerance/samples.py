@@ -191,7 +191,8 @@ class Abreast:
     """Positions of a cam angle, whose machines are judged at once as if they were as many more.
 
     at       one of them: where they differ is in near alone
-    columns  which of a machine's numbers count there, (c,), all: a slice; near: as of a position, (q p, c)
+    columns  which of a machine's numbers count there, (c,), the last one with what is nominal, all: a slice
+    near     as of a position, (q p, c)
     """
 
     at: Position
@@ -201,12 +202,13 @@ class Abreast:
     @classmethod
     def of(cls, each: Sequence[Position], columns: int) -> Abreast:
         """Of positions of machines with so many numbers."""
-        near = np.zeros((len(each[0].near), len(each), columns), dtype=SINGLE)
+        near = np.zeros((len(each[0].near), len(each), columns + 1), dtype=SINGLE)
         for i, one in enumerate(each):
             near[:, i, one.columns] = one.near
-        used = np.unique(np.concatenate([one.columns for one in each]))
-        flat = near.reshape(-1, columns)
-        return cls(each[0], slice(None), flat) if len(used) == columns else cls(each[0], used, flat[:, used])
+        near[:, :, columns] = each[0].nominal
+        used = np.unique(np.concatenate([*(one.columns for one in each), [columns]]))
+        flat = near.reshape(-1, columns + 1)
+        return cls(each[0], slice(None), flat) if len(used) > columns else cls(each[0], used, flat[:, used])
 
     def rooms(self, x: Singles, room: Room) -> tuple[Singles, Singles]:
         """Memory of approaches (q, p n) of machines (columns, n)."""
@@ -219,7 +221,6 @@ class Abreast:
         if at.end is not None:
             return at.bounds(x)
         np.matmul(self.near, x[self.columns], out=near.reshape(len(self.near), -1))
-        near += at.nominal
         low: Reals = near[: at.pushing].max(axis=0, initial=-np.inf)
         high: Reals = near[at.pushing :].max(axis=0, initial=-np.inf)
         return near, low, np.negative(high, out=high)
@@ -595,7 +596,7 @@ class Machines:
         groove without."""
         if not self.ends:
             return None
-        found = self._judged(lambda _, x: np.max([end.reach(x) for end in self.ends], axis=0), samples, workers)
+        found = self._judged(lambda _, x: np.max([end.reach(x[:-1]) for end in self.ends], axis=0), samples, workers)
         return np.concatenate(found)
 
     def pressed(self, samples: int, workers: int = 2) -> Floats | None:
@@ -615,7 +616,7 @@ class Machines:
     def _judged(self, judge: Callable[[int, Singles], Judged], samples: int, workers: int) -> list[Judged]:
         """What a judge of a block's number and numbers (columns, size) says of that and the next ones, TOGETHER."""
         sizes = [min(BLOCK, samples - first) for first in range(0, samples, BLOCK)]
-        keeps = len(self.columns) * samples * np.dtype(SINGLE).itemsize <= KEPT
+        keeps = (len(self.columns) + 1) * samples * np.dtype(SINGLE).itemsize <= KEPT
 
         def judged(block: int) -> Judged:
             x = self._kept.get((block, samples))
@@ -681,7 +682,7 @@ class Machines:
             else:
                 outcomes += _since(low, high, zero)
         sizes = [abs(mean) + value or 1.0 for mean, value, _ in (self.spreads[c.cause.key] for c in self.columns)]
-        scaled = x / np.array(sizes, dtype=SINGLE)[:, None]
+        scaled = x[:-1] / np.array(sizes, dtype=SINGLE)[:, None]
         return sums_of([scaled[error] for error in self._errors], np.array(outcomes, dtype=SINGLE))
 
     def _move(self, x: Singles, dwell: Floats) -> Floats:
@@ -693,8 +694,8 @@ class Machines:
         return worst
 
     def _numbers(self, rng: np.random.Generator, size: int) -> Singles:
-        """The errors of machines, (columns, size), mm or rad."""
-        x = np.empty((len(self.columns), size), dtype=SINGLE)
+        """The errors of machines, mm or rad, and a last row of 1 for what is nominal, (columns + 1, size)."""
+        x = np.ones((len(self.columns) + 1, size), dtype=SINGLE)
         row = 0
         while row < len(self.columns):
             column = self.columns[row]
@@ -756,9 +757,10 @@ class Machines:
         def over() -> Singles:
             least, most = (v.astype(SINGLE) for v in _within(at, worst, zero))
             found = at.excess(near, most, second)
-            np.maximum(found, -at.excess(near, least, second), out=found)
+            below = at.excess(near, least, second)
+            np.maximum(found, np.negative(below, out=below), out=found)
             if free is not None:
-                found[free] = 0.0
+                np.copyto(found, 0.0, where=free)
             return found
 
         def settle(rows: Rows) -> None:
@@ -766,9 +768,11 @@ class Machines:
             raised(rows, stands, stands)
 
         if free is not None:
-            ends = low.reshape(play.shape) - base_low, high.reshape(play.shape) - base_high
-            off = _off(*ends, None if zero is None else (zero[0].astype(SINGLE), zero[1].astype(SINGLE)))
-            rows = np.flatnonzero(free & (off > worst))
+            first_at, last_at = zero or (0.0, 0.0)
+            off, last = (np.abs(bound.reshape(play.shape) - np.asarray(start, dtype=SINGLE)) for bound, start in
+                         ((low, base_low + last_at), (high, base_high + first_at)))  # fmt: skip
+            np.maximum(off, last, out=off)
+            rows = np.flatnonzero(free & (off > worst.astype(SINGLE)))
             raised(rows, low[rows].astype(np.float64), high[rows].astype(np.float64))
         if free is None or not free.all():
             _settle(over, settle)
