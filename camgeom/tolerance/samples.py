@@ -165,18 +165,21 @@ class Position:
         """Where what is pressed is looked for first, (r,): where it stands if the same stations press as nominally."""
         return np.asarray(self.base[0] + self._linear @ (near - self.nominal), dtype=np.float64)
 
-    def excess(self, near: Singles, psi: Singles, room: Singles | None = None) -> Singles:
-        """Load, (s, n), that approaches (q, s n) give at psi (n,) or (s, n) beyond what is asked: it falls with psi;
-        room: as large as near, overwritten."""
-        first, size = self.pushing, psi.shape[-1]
-        each = near.reshape(len(near), -1, size)
-        pressed = np.empty_like(each) if room is None else room.reshape(each.shape)
-        np.maximum(each[:first], psi, out=pressed[:first])
-        np.maximum(each[first:], -psi, out=pressed[first:])
-        given = (self.pull @ pressed.reshape(near.shape)).reshape(-1, size)
-        given -= psi * np.abs(self.pull).sum()
+    def excess(self, near: Singles, psi: Singles, room: Singles) -> Singles:
+        """Load, (n,), that approaches (q, n) give at psi (n,) beyond what is asked: it falls with psi; room: (q, n),
+        overwritten."""
+        first = self.pushing
+        np.maximum(near[:first], psi, out=room[:first])
+        np.maximum(near[first:], -psi, out=room[first:])
+        given: Singles = self.pull @ room
+        given -= psi * self._hard
         given -= SINGLE(self.load)
-        return np.asarray(given)
+        return given
+
+    @cached_property
+    def _hard(self) -> np.float32:
+        """What all of them take off together as the follower moves on by a unit."""
+        return SINGLE(np.abs(self.pull).sum())
 
     def pressure(self, near: Singles, low: Reals, high: Reals, square: Singles) -> Floats:
         """Largest pressure of approaches (q, r) with bounds (r,), MPa, (r,); square: see `Machines._hard`."""
@@ -211,9 +214,9 @@ class Abreast:
         return cls(each[0], slice(None), flat) if len(used) > columns else cls(each[0], used, flat[:, used])
 
     def rooms(self, x: Singles, room: Room) -> tuple[Singles, Singles]:
-        """Memory of approaches (q, p n) of machines (columns, n)."""
-        first, second = room[:, : len(self.near) * x.shape[1]]
-        return first.reshape(len(self.at.near), -1), second.reshape(len(self.at.near), -1)
+        """Memory of approaches of machines (columns, n): of all positions, (q, p n), and of one, (q, n)."""
+        every, one = len(self.near) * x.shape[1], len(self.at.near) * x.shape[1]
+        return room[:every].reshape(len(self.at.near), -1), room[every : every + one].reshape(-1, x.shape[1])
 
     def bounds(self, x: Singles, near: Singles) -> tuple[Singles, Reals, Reals]:
         """As of a position, of machines (columns, n): near (q, p n), which is filled, bounds (p n,)."""
@@ -237,10 +240,13 @@ class Abreast:
         def over() -> Singles:
             # Where the follower stands as soon as a station is pressed harder than known.
             apart = (most * most).astype(SINGLE) / np.maximum(weight, TINY)
-            each = second.reshape(len(near), -1, size)
-            np.subtract(near.reshape(each.shape), apart[:, None], out=each)
-            ends = [(sign, -sign * each[side].max(axis=0)) for side, sign in sides]
-            return np.asarray(np.max([sign * at.excess(near, psi, second) for sign, psi in ends], axis=0))
+            found = np.full((len(low) // size, size), -np.inf, dtype=SINGLE)
+            for one, most_over in zip(near.reshape(len(near), -1, size).swapaxes(0, 1), found):
+                np.subtract(one, apart, out=second)
+                ends = [(sign, -sign * second[side].max(axis=0)) for side, sign in sides]
+                for sign, psi in ends:
+                    np.maximum(most_over, sign * at.excess(one, psi, second), out=most_over)
+            return found
 
         def settle(rows: Rows) -> None:
             found = at.pressure(_taken(near, rows), low[rows], high[rows], square)
@@ -756,9 +762,9 @@ class Machines:
 
         def over() -> Singles:
             least, most = (v.astype(SINGLE) for v in _within(at, worst, zero))
-            found = at.excess(near, most, second)
-            below = at.excess(near, least, second)
-            np.maximum(found, np.negative(below, out=below), out=found)
+            found = np.empty(play.shape, dtype=SINGLE)
+            for one, over in zip(near.reshape(len(near), -1, size).swapaxes(0, 1), found):
+                np.maximum(at.excess(one, most, second), -at.excess(one, least, second), out=over)
             if free is not None:
                 np.copyto(found, 0.0, where=free)
             return found
@@ -810,9 +816,9 @@ def _taken(values: Singles, rows: npt.NDArray[np.intp]) -> Singles:
 
 
 def _room(each: Sequence[Abreast], x: Singles) -> Room:
-    """Memory for two sets of approaches of machines (columns, n) at any of the positions: had anew for each, it costs
-    as much as what is put there."""
-    return np.empty((2, max((len(one.near) for one in each), default=0) * x.shape[1]), dtype=SINGLE)
+    """Memory for the approaches of machines (columns, n) at any of the positions, see `Abreast.rooms`: had anew for
+    each, it costs as much as what is put there."""
+    return np.empty(max((len(one.near) + len(one.at.near) for one in each), default=0) * x.shape[1], dtype=SINGLE)
 
 
 def _settle(over: Callable[[], Singles], settle: Callable[[Rows], None]) -> None:

@@ -135,7 +135,8 @@ def test_what_is_not_balanced_is_within_what_is_known(monkeypatch: pytest.Monkey
     psi = position.balanced(near, low, high)
     size = np.where(np.abs(psi) > 1e-7, np.abs(psi), 1.0).astype(np.float32)
     for share, out in ((1.002, False), (0.999, True)):
-        over = np.maximum(position.excess(near, share * size), -position.excess(near, -share * size))[0]
+        above, below = (position.excess(near, way * share * size, np.empty_like(near)) for way in (1.0, -1.0))
+        over = np.maximum(above, -below)
         assert ((over > 0.0) == out)[size < 1.0].all()
 
 
