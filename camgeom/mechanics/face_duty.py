@@ -357,11 +357,12 @@ def heaped(place: Floats, half: Floats, work: Floats, around: float | None = Non
         laid = (work[each[1:]] * np.diff(part))[within]
         cell = edge[:-1][within]
         heap += np.bincount(cell, laid, cells)
+    length = (high - low) / cells
     if around is not None and around < high - low:
-        whole = round(around / (high - low) * cells)
-        heap[: cells - whole] += heap[whole:]
-        heap = heap[:whole]
-    return float(heap.max() * cells / (high - low))
+        # A contact wider than all the way round lies on the same places several times.
+        whole = max(1, round(around / length))
+        heap, length = np.bincount(np.arange(cells) % whole, heap, whole), min(length, around)
+    return float(heap.max() / length)
 
 
 def _face_place(touch: Touch, phi: Floats) -> Floats:

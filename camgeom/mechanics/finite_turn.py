@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import Panels, highest
@@ -224,7 +224,7 @@ class Table:
         self.loads = _rounded(most * np.array(LOADS))
         low, high = float(curvature[counted].min()), float(curvature[counted].max())
         steps = ceil(log(high / low) / BEND)
-        self.bends = _rounded(np.geomspace(low, high, steps + 1) if steps else np.array([low]))
+        self.bends = distinct(_rounded(np.geomspace(low, high, steps + 1) if steps else np.array([low])))
         self.leans = _nodes(lean[counted] if lean is not None else np.zeros(1), NO_TILT / most if most else inf)
         self.edges = edges
         self.bodies = replace(bodies, twist=round(bodies.twist, DIGITS), growth=round(bodies.growth, DIGITS))

@@ -163,6 +163,9 @@ def test_what_is_heaped_is_what_is_laid():
     # Round a cam the end lies on the beginning.
     twice = heaped(np.linspace(0.0, 100.0, 40_001), np.full(40_001, 0.2), np.full(40_001, 5.0), 50.0)
     assert twice == pytest.approx(2 * 5.0 / 0.0025, rel=0.01)
+    # A contact far wider than the way round lies evenly on all of it.
+    wide = heaped(np.linspace(0.0, 1.0, 201), np.full(201, 500.0), np.full(201, 5.0), 1.0)
+    assert wide == pytest.approx(201 * 5.0, rel=0.01)
 
 
 def test_wear_of_a_cam_point_is_load_times_slip_per_pass():

@@ -224,6 +224,18 @@ def test_the_table_is_solved_only_where_loads_and_curvatures_go_together() -> No
     assert np.array_equal(table.pressures(load, curvature), told)
 
 
+def test_curvatures_that_differ_by_rounding_alone_are_one() -> None:
+    bodies, edges = Bodies(0.02, Profile(-5.0, 5.0, end_radius=1.0), 1e-5, 1e-4), np.linspace(-5.0, 5.0, 12)
+    load = np.linspace(500.0, 1000.0, 30)
+    told = []
+    for noise in (0.0, 1e-14):
+        curvature = 0.02 * (1.0 + noise * np.linspace(-1.0, 1.0, 30))
+        table = finite_turn.Table(bodies, load, curvature, edges, cells=(16, 24, 32))
+        assert len(table.bends) == 1
+        told.append(table.pressures(load, curvature))
+    assert np.array_equal(*told)
+
+
 def test_walls_that_ask_for_the_same_contacts_share_them() -> None:
     load, curvature, edges = np.linspace(500.0, 1000.0, 30), np.full(30, 0.02), np.linspace(-5.0, 5.0, 12)
     told = []
