@@ -361,7 +361,9 @@ def heaped(place: Floats, half: Floats, work: Floats, around: float | None = Non
     if around is not None and around < high - low:
         # A contact wider than all the way round lies on the same places several times.
         whole = max(1, round(around / length))
-        heap, length = np.bincount(np.arange(cells) % whole, heap, whole), min(length, around)
+        folded, length = np.zeros(whole), min(length, around)
+        np.add.at(folded, np.arange(cells) % whole, heap)
+        heap = folded
     return float(heap.max() / length)
 
 
