@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from copy import copy
 from math import pi
 from typing import Self, final
 
@@ -61,6 +62,12 @@ class Seat:
     two: Floats
     kept: tuple[Floats, ...]
 
+    def flat(self, places: Ints, size: int) -> Seat:
+        """These places of (P size) alone, (N,)."""
+        each = (self.cos, self.sin, self.one, self.two, *self.kept)
+        taken = [one.reshape(-1).take(places if one.shape[1] == size else places // size) for one in each]
+        return Seat(*taken[:4], tuple(taken[4:]))
+
 
 @final
 @immutable
@@ -103,7 +110,15 @@ class Indexer(ABC):
 
     def of(self, rows: Ints) -> Self:
         """The cams of these variants, each as often as it is named."""
-        return type(self)(self.variants.of(rows), self.motion.of(rows), self.figures, self.level)
+        found = copy(self)
+        # Numbers of a variant go along; what was derived of all samples is derived anew where it is asked for.
+        for name, value in vars(self).items():
+            if isinstance(value, np.ndarray) and value.shape == (self.motion.size,):
+                setattr(found, name, value.take(rows))
+            elif isinstance(getattr(type(self), name, None), cached_property) and not isinstance(value, np.ndarray):
+                delattr(found, name)
+        found.variants, found.motion = self.variants.of(rows), self.motion.of(rows)
+        return found
 
     @abstractmethod
     def contact(self) -> tuple[Floats, Floats]:
@@ -114,7 +129,7 @@ class Indexer(ABC):
     def wall(self) -> tuple[Floats, Floats]:
         """Ends of the cut wall along the roller, mm."""
 
-    @property
+    @cached_property
     @abstractmethod
     def clear(self) -> Floats:
         """Angle from the line of centres beyond which a roller is clear of the cam, rad."""
@@ -186,7 +201,7 @@ class Indexer(ABC):
         return self.motion.samples.of(np.flatnonzero(np.concatenate([moving, rests])))
 
     @cached_property
-    def _surveyed(self) -> tuple[Floats, Ints, Points, Seat, Floats]:
+    def surveyed(self) -> tuple[Floats, Ints, Points, Seat, Floats]:
         """The rollers while they may be beside the cam: offsets (k,), which samples of all of theirs that is for some
         variant, (m,) of k P, the points, the seats there, and their offsets (m, 1)."""
         offsets, points = self.offsets(self.clear), self.points
@@ -208,8 +223,15 @@ class Indexer(ABC):
         low, high, _ = ends
         begin, stop = self.stretch(seat, side, ends)
         step = (high - low) / (PLACES - 1)
-        meets = np.floor((stop - low) / step + 1e-9) >= np.ceil((begin - low) / step - 1e-9)
-        return begin, stop, (np.abs(points.s + offsets) <= self.clear) & (stop > begin) & meets
+        first, last = begin - low, stop - low
+        for place, slack, rounded in ((first, -1e-9, np.ceil), (last, 1e-9, np.floor)):
+            place /= step
+            place += slack
+            rounded(place, out=place)
+        on = last >= first
+        on &= stop > begin
+        on &= np.abs(points.s + offsets) <= self.clear
+        return begin, stop, on
 
     @cached_property
     def touched(self) -> Ends:
@@ -227,9 +249,9 @@ class Indexer(ABC):
         return begin, stop, on & bears
 
     @cached_property
-    def _walls(self) -> dict[bool, dict[float, Held]]:
+    def walls(self) -> dict[bool, dict[float, Held]]:
         """What is walled at the samples surveyed, (m, n), by whether the walls are the cut ones and by side."""
-        _, _, near, seat, at = self._surveyed
+        _, _, near, seat, at = self.surveyed
         rollers = {side: self.held(near, seat, at, side, self.touched) for side in SIDES}
         bears = np.logical_or(*(on for _, _, on in rollers.values()))
         cut = {side: self.held(near, seat, at, side, self.cut) for side in self.sides}
@@ -257,21 +279,24 @@ class Indexer(ABC):
         About the largest sample of each piece the steps are halved as long as more may lie between them than the
         largest found: also beside a jump, where a wall comes, or a kink, where it runs out.
         """
-        offsets, rows, _, seat, _ = self._surveyed
+        offsets, rows, _, seat, _ = self.surveyed
         moving, samples = self.motion.moving, len(self.points.s)
         places = 1 if quoted else 2
         every = np.full((len(self.sides), places, len(offsets) * samples, self.motion.size), -np.inf)
         for side, by_side in zip(self.sides, every):
             for far, values in enumerate(by_side):
-                values[rows] = self._valued(what, self._walls[cut][side], seat, side, far == 1, quoted)
+                values[rows] = self._valued(what, self.walls[cut][side], seat, side, far == 1, quoted)
         v = every.reshape(-1, samples, self.motion.size)
         best = v.max(axis=(0, 1))
         v = v[:, : moving * PER].reshape(-1, PER, self.motion.size)
-        middle = np.clip(v.argmax(axis=1), 1, PER - 2)
-        near = np.stack([np.take_along_axis(v, (middle + k)[:, None], axis=1)[:, 0] for k in (-1, 0, 1)])
-        window, variant = np.nonzero(_hope(near, np.full(near.shape[1:], np.inf)) > best)
-        values, at = near[:, window, variant], middle[window, variant]
-        steps = np.stack([at - 1, at, at + 1]) * float(STEP)
+        most, least = v.max(axis=1), v.min(axis=1)
+        # No three neighbours differ by more than the whole piece.
+        window, variant = np.nonzero((most + (most - least) > best) & (most > -np.inf))
+        each = v[window, :, variant]
+        at = np.clip(each.argmax(axis=1), 1, PER - 2) + np.array([[-1], [0], [1]])
+        values = each[np.arange(len(each)), at]
+        hoped = np.flatnonzero(_hope(values, np.full(len(each), np.inf)) > best[variant])
+        window, variant, values, steps = window[hoped], variant[hoped], values[:, hoped], at[:, hoped] * float(STEP)
         wall, window = np.divmod(window, len(offsets) * moving)
         roller, piece = np.divmod(window, moving)
         side, far, offset = np.array(self.sides)[wall // places], wall % places == 1, offsets[roller]

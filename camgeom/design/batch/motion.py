@@ -54,7 +54,7 @@ class Points:
     def flat(self, places: Ints, size: int) -> Points:
         """These places of (P size) alone, (N,)."""
         each = (self.theta, self.s, self.ds, self.dds, self.side)
-        return Points(*(one.reshape(-1)[places if one.shape[1] == size else places // size] for one in each))
+        return Points(*(one.reshape(-1).take(places if one.shape[1] == size else places // size) for one in each))
 
 
 Row = tuple[int, float, float]

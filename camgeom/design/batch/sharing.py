@@ -20,7 +20,7 @@ from camgeom.mechanics.load import QUIET
 from camgeom.track.turret import SLICES
 
 if TYPE_CHECKING:
-    from camgeom.design.batch.indexer import Indexer, Seat
+    from camgeom.design.batch.indexer import Held, Indexer, Seat
 
 THIN = 2
 """of so many samples of the motion one is taken where rollers are surveyed"""
@@ -57,23 +57,24 @@ class Sharing:
         self.cam: Indexer = proxy(cam)
         self.finer, self.around, self.halvings = EFFORTS[cam.level]
 
-    def press(self, points: Points, offsets: Floats) -> tuple[Floats, Floats, Floats, Mask, tuple[Mask, ...]]:
+    def press(
+        self, points: Points, offsets: Floats, surveyed: bool = False
+    ) -> tuple[Floats, Floats, Floats, Mask, tuple[Mask, ...]]:
         """Squares of the largest pressures of all slices and of the middle one, MPa², and the largest force on a
         roller, N, (P, n) each; whether no roller bears; which do, and where it is asked whose middle slice, (k, P, n).
 
         Rollers at `offsets` (k,) share by their levers, as if all slices were alike flexible.
+
+        surveyed  whether the points are those of the cam, whose walls are known
         """
-        beside, size = self.cam.beside(points, offsets, self.cam.clear), self.cam.motion.size
-        sample, roller = np.nonzero(beside.T)
-        near, at = points.of(sample), offsets[roller][:, None]
-        torque, shape = self.cam.torque(points), (len(points.s), size)
+        size, torque, shape = self.cam.motion.size, self.cam.torque(points), (len(points.s), self.cam.motion.size)
         side = np.broadcast_to(self.cam.pushing * np.copysign(1.0, torque), shape)
-        held = self.cam.held(near, self.cam.seat(near, at), at, side[sample], self.cam.touched)
+        roller, sample, seat, held = self._held_at(points, offsets, side, surveyed)
         # From here on only rollers that bear, (N,).
-        row, variant = np.nonzero(held[2])
-        cam, place = self.cam.of(variant), sample[row] * size + variant
-        seat = cam.seat(near.flat(row * size + variant, size), at[row, 0])
-        begin, stop, side = held[0][row, variant], held[1][row, variant], side.reshape(-1)[place]
+        each = np.flatnonzero(held[2])
+        row, variant = np.divmod(each, size)
+        cam, place, seat = self.cam.of(variant), sample[row] * size + variant, seat.flat(each, size)
+        begin, stop, side = held[0].reshape(-1)[each], held[1].reshape(-1)[each], side.reshape(-1)[place]
         cover = (stop - begin) / 6.0
         ends = [cam.lever(seat, delta) for delta in (begin, 0.5 * (begin + stop), stop)]
         first = cover * (ends[0] + 4.0 * ends[1] + ends[2])
@@ -99,12 +100,28 @@ class Sharing:
             squares = np.maximum(squares, there)
             middle = largest(there) * scaled
             holds.append(np.zeros_like(held[2]))
-            holds[1][row, variant] = low < high
+            holds[1].reshape(-1)[each] = low < high
         lost = (total <= 0.0) & (np.abs(torque) > QUIET * self._most_torque)
-        bearing = np.zeros((len(holds), *beside.shape, size), dtype=bool)
+        bearing = np.zeros((len(holds), len(offsets), *shape), dtype=bool)
         for which, each in zip(bearing, holds):
             which[roller, sample] = each
         return largest(squares) * scaled, middle, largest(first) * scale, lost, tuple(bearing)
+
+    def _held_at(
+        self, points: Points, offsets: Floats, side: Floats, surveyed: bool
+    ) -> tuple[Ints, Ints, Seat, Held]:
+        """Which rollers at offsets are beside the cam at which points, (m,), as they stand there, and what the walls on
+        the sides (P, n) have of them."""
+        if surveyed:
+            _, rows, _, seat, _ = self.cam.surveyed
+            roller, sample = np.divmod(rows, len(points.s))
+            walls, forth = self.cam.walls[False], side[sample] > 0.0
+            begin, stop, on = (np.where(forth, one, other) for one, other in zip(walls[1.0], walls[-1.0]))
+            return roller, sample, seat, (begin, stop, on)
+        roller, sample = np.nonzero(self.cam.beside(points, offsets, self.cam.clear))
+        near, at = points.of(sample), offsets[roller][:, None]
+        seat = self.cam.seat(near, at)
+        return roller, sample, seat, self.cam.held(near, seat, at, side[sample], self.cam.touched)
 
     def share(self, points: Points, offsets: Floats) -> tuple[Floats, Floats, Floats]:
         """The same three with slices that approach alike by their own flexibility, as the exact model has them."""
@@ -160,7 +177,7 @@ class Sharing:
         the flexibility of every slice."""
         motion, one = self.cam.motion, np.arange(self.cam.motion.size)
         offsets = self.cam.offsets(self.cam.clear)
-        *sampled, lost, bearing = self.press(self.cam.points, offsets)
+        *sampled, lost, bearing = self.press(self.cam.points, offsets, surveyed=True)
         wanted = [n for n, word in enumerate(("slice", "middle", "force")) if word in self.cam.asked]
         whole = motion.moving * PER
         tops = {n: np.broadcast_to(sampled[n], lost.shape)[:whole].argmax(axis=0) for n in wanted}

@@ -163,7 +163,7 @@ class Globoid(Indexer):
         """From the roller's inner end to the floor."""
         return self.low, self.floor
 
-    @property
+    @cached_property
     def clear(self) -> Floats:
         """See `solid.blank.Globoid.clear_angle`."""
         top = 0.95 * self.outside
@@ -217,8 +217,8 @@ class Globoid(Indexer):
         found = tangent * tangent
         return np.asarray(found + (self.roller / delta) ** 2 if surface else found)
 
-    def _place(self, seat: Seat, r: Floats, delta: Floats) -> tuple[Floats, Floats]:
-        """Distance of the contact point from the turret's axis, seen along the cam, and its height z, mm."""
+    def _height(self, seat: Seat, r: Floats, delta: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Height z of the contact point, mm; and what its distance rests on: R, delta tau' and r / sqrt E."""
         away, swept = self.centre - delta * seat.cos, delta * seat.one
         form = away * away
         form = form + swept * swept
@@ -226,6 +226,11 @@ class Globoid(Indexer):
         z = arm * away
         z *= seat.cos
         z += delta * seat.sin
+        return z, away, swept, arm
+
+    def _place(self, seat: Seat, r: Floats, delta: Floats) -> tuple[Floats, Floats]:
+        """Distance of the contact point from the turret's axis, seen along the cam, and its height z, mm."""
+        z, away, swept, arm = self._height(seat, r, delta)
         away *= 1.0 + arm * seat.sin
         away *= away
         swept = np.multiply(swept, arm, out=arm)
@@ -243,20 +248,20 @@ class Globoid(Indexer):
         (near, z_low), (far, z_high) = (self._place(seat, r, delta) for delta in (low, high))
         wide = high - low
 
-        def root(which: int, at_low: Floats, at_high: Floats, level: Floats) -> Floats:
+        def root(which: Callable[..., tuple[Floats, ...]], at_low: Floats, at_high: Floats, level: Floats) -> Floats:
             slope = (at_high - at_low) / wide
             slope = np.where(np.abs(slope) > 1e-12, slope, 1e-12)
             x = np.clip(low + (level - at_low) / slope, low, high)
-            x = x + (level - self._place(seat, r, x)[which]) / slope
+            x = x + (level - which(seat, r, x)[0]) / slope
             return np.clip(x, low, high)
 
-        begin = np.where(near >= outside, low, root(0, near, far, outside))
+        begin = np.where(near >= outside, low, root(self._place, near, far, outside))
         stop = np.where(far >= outside, high, low)
-        z_begin = self._place(seat, r, begin)[1]
+        z_begin = self._height(seat, r, begin)[0]
         leaves, comes = np.abs(z_high) > half, np.abs(z_begin) > half
         if np.any(leaves | comes):
             level = np.copysign(half, np.where(leaves, z_high, z_begin))
-            edge = root(1, z_low, z_high, level)
+            edge = root(self._height, z_low, z_high, level)
             stop = np.where(leaves, np.minimum(edge, stop), stop)
             begin = np.where(comes, np.maximum(edge, begin), begin)
             begin = np.where(leaves & comes, stop, begin)
@@ -289,7 +294,7 @@ class Barrel(Indexer):
         """From the floor to the drum's outside."""
         return self.floor, self.high
 
-    @property
+    @cached_property
     def clear(self) -> Floats:
         """See `CylindricalIndexMechanism`."""
         reach = (0.5 * self.width + self.cutter) / self.circle
