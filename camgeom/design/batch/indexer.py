@@ -65,8 +65,8 @@ class Seat:
     def flat(self, places: Ints, size: int) -> Seat:
         """These places of (P size) alone, (N,)."""
         each = (self.cos, self.sin, self.one, self.two, *self.kept)
-        taken = [one.reshape(-1).take(places if one.shape[1] == size else places // size) for one in each]
-        return Seat(*taken[:4], tuple(taken[4:]))
+        cos, sin, one, two, *kept = (v.reshape(-1).take(places if v.shape[1] == size else places // size) for v in each)
+        return Seat(cos, sin, one, two, tuple(kept))
 
 
 @final
