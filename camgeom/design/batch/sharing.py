@@ -103,8 +103,8 @@ class Sharing:
             holds[1].reshape(-1)[each] = low < high
         lost = (total <= 0.0) & (np.abs(torque) > QUIET * self._most_torque)
         bearing = np.zeros((len(holds), len(offsets), *shape), dtype=bool)
-        for which, each in zip(bearing, holds):
-            which[roller, sample] = each
+        for which, hold in zip(bearing, holds):
+            which[roller, sample] = hold
         return largest(squares) * scaled, middle, largest(first) * scale, lost, tuple(bearing)
 
     def _held_at(
