@@ -57,6 +57,8 @@ SHORT = 0.015
 """share by which the largest figures of them there fall short of those at all angles, on the mean; of all stops they
 then tell what 99 % of the machines keep within 0.5 %"""
 SINGLE = np.float32
+ROUNDED = 4.0 * float(np.finfo(SINGLE).eps)
+"""share of the largest approach within which approaches are the same"""
 TINY = SINGLE(1e-30)
 """of a machine's numbers: a deviation of seconds of arc is good to a hundred thousandth of one"""
 EXPLAINED = 16
@@ -196,11 +198,14 @@ class Abreast:
     at       one of them: where they differ is in near alone
     columns  which of a machine's numbers count there, (c,), the last one with what is nominal, all: a slice
     near     as of a position, (q p, c)
+    alike    of each position the one of others, whose followers rest in the same places, to which numbers of these
+             columns alone add what turns with the cam; near is then (q, c); None: none is
     """
 
     at: Position
     columns: npt.NDArray[np.intp] | slice
     near: Singles
+    alike: tuple[int, ...] | None = None
 
     @classmethod
     def of(cls, each: Sequence[Position], columns: int) -> Abreast:
@@ -213,17 +218,42 @@ class Abreast:
         flat = near.reshape(-1, columns + 1)
         return cls(each[0], slice(None), flat) if len(used) > columns else cls(each[0], used, flat[:, used])
 
+    def split(self, turning: Bools) -> tuple[Singles, Singles]:
+        """near with all columns, (q, p, c), of what turns with the cam, and of what does not."""
+        whole = np.zeros((len(self.near), len(turning)), dtype=SINGLE)
+        whole[:, self.columns] = self.near
+        each = whole.reshape(len(self.at.near), -1, len(turning))
+        return np.where(turning, each, SINGLE(0.0)), np.where(turning, SINGLE(0.0), each)
+
+    def beside(self, others: Singles, turning: Bools) -> Abreast:
+        """The same, told by what others (q, o, c) have in common with it, if each of its positions is one of them."""
+        turned, still = self.split(turning)
+        if self.at.end is not None or len(still) != len(others) or np.ptp(turned, axis=1).any():
+            return self
+        apart = np.abs(still[:, :, None] - others[:, None]).max(axis=(0, 3))
+        if apart.min(axis=1).max() > ROUNDED * np.abs(others).max():
+            return self
+        columns = np.flatnonzero(turning)
+        return replace(self, columns=columns, near=turned[:, 0, columns], alike=tuple(apart.argmin(axis=1).tolist()))
+
     def rooms(self, x: Singles, room: Room) -> tuple[Singles, Singles]:
         """Memory of approaches of machines (columns, n): of all positions, (q, p n), and of one, (q, n)."""
-        every, one = len(self.near) * x.shape[1], len(self.at.near) * x.shape[1]
+        one = len(self.at.near) * x.shape[1]
+        every = len(self.near if self.alike is None else self.alike * len(self.at.near)) * x.shape[1]
         return room[:every].reshape(len(self.at.near), -1), room[every : every + one].reshape(-1, x.shape[1])
 
-    def bounds(self, x: Singles, near: Singles) -> tuple[Singles, Reals, Reals]:
-        """As of a position, of machines (columns, n): near (q, p n), which is filled, bounds (p n,)."""
+    def bounds(self, x: Singles, near: Singles, others: Singles | None = None) -> tuple[Singles, Reals, Reals]:
+        """As of a position, of machines (columns, n): near (q, p n), which is filled, bounds (p n,); others: approaches
+        (q, o, n) at those that are alike."""
         at = self.at
         if at.end is not None:
             return at.bounds(x)
-        np.matmul(self.near, x[self.columns], out=near.reshape(len(self.near), -1))
+        if self.alike is None or others is None:
+            np.matmul(self.near, x[self.columns], out=near.reshape(len(self.near), -1))
+        else:
+            turned = self.near @ x[self.columns]
+            for one, which in zip(near.reshape(len(near), -1, x.shape[1]).swapaxes(0, 1), self.alike):
+                np.add(others[:, which], turned, out=one)
         low: Reals = near[: at.pushing].max(axis=0, initial=-np.inf)
         high: Reals = near[at.pushing :].max(axis=0, initial=-np.inf)
         return near, low, np.negative(high, out=high)
@@ -585,7 +615,20 @@ class Machines:
     @cached_property
     def _rests(self) -> tuple[Abreast, ...]:
         """Where the machines rest, but for where they are set to zero."""
-        return self._abreast(self.resting[1:] if self.relative else self.resting)
+        each = self._abreast(self.resting[1:] if self.relative else self.resting)
+        return tuple(one.beside(self._still, self._turning) for one in each) if len(each) > 2 else each
+
+    @cached_property
+    def _turning(self) -> Bools:
+        """Which numbers of a machine turn with the cam, (columns + 1,), and 1, by which what is nominal counts."""
+        return np.array([column.cause.holder in ("cam", "wall") for column in self.columns] + [True])
+
+    @cached_property
+    def _still(self) -> Singles:
+        """What those that do not turn do where machines rest, (q, p, columns + 1), at the stops of one cam angle: in a
+        dwell they do it everywhere, and in the next one with the next rollers."""
+        each = self._abreast(self.resting)[0]
+        return each.split(self._turning)[1]
 
     @cached_property
     def _moves(self) -> tuple[Abreast, ...]:
@@ -671,9 +714,12 @@ class Machines:
             low, high, play = self._stand(self.resting[0], x)
             zero = low, high
             plays(self.resting[0], play)
-        room = _room(self._rests, x)
+        room, others = _room(self._rests, x), None
+        if any(each.alike for each in self._rests):
+            count, stops, columns = self._still.shape
+            others = (self._still.reshape(-1, columns) @ x).reshape(count, stops, -1)
         for each in self._rests:
-            plays(each.at, self._reach(each, x, rest, zero, room))
+            plays(each.at, self._reach(each, x, rest, zero, room, others))
         return np.stack([rest, np.maximum(loose, 0.0), tight])
 
     def _told(self, _: int, x: Singles) -> Sums:
@@ -742,12 +788,14 @@ class Machines:
         """Play (r,), without end where one wall is alone."""
         return np.full(play.shape, np.inf) if self.loaded.mechanism.drive is Drive.ALONE else play
 
-    def _reach(self, each: Abreast, x: Singles, worst: Floats, zero: Zero | None, room: Room) -> Reals:
+    def _reach(
+        self, each: Abreast, x: Singles, worst: Floats, zero: Zero | None, room: Room, others: Singles | None = None
+    ) -> Reals:
         """The largest play, (n,), of machines (columns, n) at positions; raises worst, their largest deviation from
         zero, (n,), to those that are larger there: which ones, the sum of what presses tells without its balance."""
         at, size = each.at, x.shape[1]
         first, second = each.rooms(x, room)
-        near, low, high = each.bounds(x, first)
+        near, low, high = each.bounds(x, first, others)
         play, (base_low, base_high) = (high - low).reshape(-1, size), at.base
         if (rigid := self._rigid(at, low, high)) is not None:
             one = rigid.reshape(-1, size)
@@ -818,7 +866,7 @@ def _taken(values: Singles, rows: npt.NDArray[np.intp]) -> Singles:
 def _room(each: Sequence[Abreast], x: Singles) -> Room:
     """Memory for the approaches of machines (columns, n) at any of the positions, see `Abreast.rooms`: had anew for
     each, it costs as much as what is put there."""
-    return np.empty(max((len(one.near) + len(one.at.near) for one in each), default=0) * x.shape[1], dtype=SINGLE)
+    return np.empty(max((len(one.at.near) for one in each), default=0) * (ABREAST + 1) * x.shape[1], dtype=SINGLE)
 
 
 def _settle(over: Callable[[], Singles], settle: Callable[[Rows], None]) -> None:

@@ -159,6 +159,29 @@ def test_rollers_of_their_own_are_judged_at_every_stop() -> None:
     assert used == {(owner - 3) % 8 for owner in first}
 
 
+def test_dwells_share_what_does_not_turn_with_the_cam() -> None:
+    """In each dwell the same approaches as at the first, of the next rollers: those of every place by itself."""
+    study = Model(parse((ROOT / "profiles" / "tool_changer.toml").read_text())).tolerances
+    machines = study.machines(study.spreads)
+    x = machines._numbers(np.random.default_rng(1), 50)
+    still, turning = machines._still, machines._turning
+    others = np.einsum("qoc,cn->qon", still, x)
+    assert [each.alike for each in machines._rests][:2] == [tuple(range(1, 8)), (*range(1, 8), 0)]
+    places = iter(machines.resting[1:])
+    for each in machines._rests:
+        assert each.alike is not None
+        near = each.bounds(x, np.empty((len(still), len(each.alike) * 50), dtype=np.float32), others)[0]
+        for own in near.reshape(len(still), -1, 50).swapaxes(0, 1):
+            there = next(places).bounds(x)[0]
+            np.testing.assert_allclose(own, there, rtol=0.0, atol=1e-6 * float(np.abs(there).max()))
+    one = machines._abreast(machines.resting[8:16])[0]
+    limit = samples.ROUNDED * float(np.abs(still).max())
+    for share, alike in ((0.9, True), (1.2, False)):
+        moved = still.copy()
+        moved[0, 3, int(np.argmin(turning))] += np.float32(share * limit)
+        assert (one.beside(moved, turning).alike is not None) == alike
+
+
 def test_moves_and_pressures_are_those_of_all_stops() -> None:
     """At the first one alone 99 % of the drives moved within 46.3 seconds of arc (57.7), and at the nominally hardest
     angle of it they had 758 MPa (979): every machine at every place of all of them, against what is told."""
