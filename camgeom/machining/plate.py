@@ -1,4 +1,4 @@
-"""Passes of a tool in the groove of a plate that slides: X and Y alone, the plate clamped flat."""
+"""Passes of a tool in the groove of a plate that slides, or round its edge: X and Y alone, the plate clamped flat."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from camgeom.machining.spec import LEAST, SAME, CutterSpec
 from camgeom.machining.tool import tool_of
 from camgeom.maths import Floats
 from camgeom.solid.mechanism import Mechanism
-from camgeom.solid.pocket import PocketPlate
+from camgeom.solid.pocket import EdgePlate, PocketPlate
 from camgeom.track import TURN, Track
 from camgeom.track.carriage import Carriage
+from camgeom.track.edge import EdgeOutline
 from camgeom.track.pocket import PocketOutline
 
 
@@ -31,7 +32,7 @@ class PlatePath:
 
     along: ContourPath | CentrePath
     carriage: Carriage
-    groove: PocketOutline | None
+    wall: PocketOutline | EdgeOutline | None
 
     @property
     def name(self) -> str:
@@ -68,16 +69,19 @@ class PlatePath:
 
     def at(self, phi: Floats) -> Positions:
         """Positions at parameters (n,)."""
-        share = phi / TURN if self.groove is None else self.groove.share(phi)
-        return replace(self.along.at(phi), phi=self.carriage.out(share * self.carriage.stroke))
+        found = self.along.at(phi)
+        share = phi / TURN if self.wall is None else self.wall.share(found.phi)
+        return replace(found, phi=self.carriage.out(share * self.carriage.stroke))
 
 
 def plate_machining(title: str, spec: CutterSpec, mechanism: Mechanism, carriage: Carriage) -> Machining:
-    """Once along the middle of the groove with a tool as wide, else once round its walls.
+    """Once along the middle of the groove with a tool as wide, else once round its walls; round a plate with an edge.
 
     Raises DesignError where the tool does not go into the groove or is too short.
     """
     (track,), (part,) = mechanism.cutters, mechanism.parts
+    if isinstance(part, EdgePlate):
+        return _round_edge(title, spec, part, carriage)
     assert isinstance(part, PocketPlate)
     groove = part.pocket.outline
     assert isinstance(groove, PocketOutline)
@@ -89,8 +93,7 @@ def plate_machining(title: str, spec: CutterSpec, mechanism: Mechanism, carriage
             f"cutter.diameter: a tool of {2.0 * tool.radius:.6g} mm does not go into the groove; at most "
             f"{2.0 * (groove.radius - spec.allowance):.6g} mm"
         )
-    if spec.length is not None and spec.length < height - SAME:
-        raise DesignError(f"cutter.length {spec.length:g} mm is too short: the cut is {height:.6g} mm deep")
+    _refuse_short(spec, height)
     path: ToolPath
     if room <= LEAST:
         path = PlatePath(CentrePath(track.straightened().evenly), carriage, None)
@@ -99,3 +102,18 @@ def plate_machining(title: str, spec: CutterSpec, mechanism: Mechanism, carriage
         round_it.refuse_gouge()
         path = PlatePath(round_it, carriage, groove)
     return Machining(title, spec, (path,), (tool,), Machine("C", "plain", False, slides=True), 0.0)
+
+
+def _round_edge(title: str, spec: CutterSpec, part: EdgePlate, carriage: Carriage) -> Machining:
+    """Once round the whole plate."""
+    tool, height = tool_of(spec, None, part.outline.radius), part.top + spec.overrun
+    _refuse_short(spec, height)
+    path = ContourPath("profile", part.outline, 1.0, tool.radius + spec.allowance, -spec.overrun, height)
+    path.refuse_gouge()
+    round_it = PlatePath(path.with_lead(spec.lead, tool.radius), carriage, part.outline)
+    return Machining(title, spec, (round_it,), (tool,), Machine("C", "plain", False, slides=True), 0.0)
+
+
+def _refuse_short(spec: CutterSpec, height: float) -> None:
+    if spec.length is not None and spec.length < height - SAME:
+        raise DesignError(f"cutter.length {spec.length:g} mm is too short: the cut is {height:.6g} mm deep")

@@ -123,7 +123,7 @@ class CutterSpec(Section):
         if found:
             return found
         if mechanism.carriage is not None:
-            return self._planar_problems(True) + self._plate_problems()
+            return self._planar_problems(True) + self._plate_problems(mechanism)
         if mechanism.blank is None:
             return self._planar_problems(mechanism.roller is not None)
         tracks = mechanism.cutters
@@ -189,9 +189,10 @@ class CutterSpec(Section):
             found.append(_problem("pivot", self.pivot, "0: no swing axis turns on a disc"))
         return found + self._plain_path("a disc")
 
-    def _plate_problems(self) -> list[Problem]:
-        """A plate is cut by X and Y alone, from its upper face, beginning at an end of its groove."""
-        absent = {"overrun": 0.0, "start_angle": 0.0, "rotary": None, "reversed_rotary": False}
+    def _plate_problems(self, mechanism: Mechanism) -> list[Problem]:
+        """A plate is cut by X and Y alone, from its upper face, beginning at an end of its groove, or at a corner."""
+        absent = {"start_angle": 0.0, "rotary": None, "reversed_rotary": False}
+        absent |= {"overrun": 0.0} if mechanism.form == "groove" else {}
         return [
             _problem(key, getattr(self, key), "none on a plate, which lies still under X and Y and has two ends")
             for key, wanted in absent.items()

@@ -42,7 +42,8 @@ def columns(model: Model) -> Columns:
             found.append(("position", "°", np.degrees(lift)) if one.profile.rotating else ("lift", "mm", lift))
         if (carriage := one.mechanism.carriage) is not None:
             x, y = one.tracks[0].pose(phi, 0).a[0][:2]
-            found += [("travel", "mm", carriage.travel(phi)), ("groove x", "mm", x), ("y", "mm", y)]
+            what = "groove" if len(one.tracks[0].sides) > 1 else "roller"
+            found += [("travel", "mm", carriage.travel(phi)), (f"{what} x", "mm", x), ("y", "mm", y)]
         if one.mechanism.drum is not None and len(one.tracks) == 1:
             (track,) = one.tracks
             pose = track.pose(phi, 0)
@@ -79,7 +80,8 @@ def table_sheet(model: Model) -> Paper:
     each = "its own follower's cam angle" if len(model.grooves) > 1 else "cam angle"
     note = f"every degree of {each}; angles at on the cam from +X to +Y; it turns {way} seen from +Z; mm, degrees"
     if model.mechanism.carriage is not None:
-        note = "every degree of the plate's drive; x, y on the plate, the groove's middle; it slides along -X; mm"
+        what = "groove's" if len(model.tracks[0].sides) > 1 else "roller's"
+        note = f"every degree of the plate's drive; x, y on the plate, the {what} middle; it slides along -X; mm"
     paper.words(RIGHT - 3.0, TOP + 8.0, f"{told}   {note}".strip(), size=SIZE, anchor="end")
     found = columns(model)
     wide = (RIGHT - LEFT) / BLOCKS

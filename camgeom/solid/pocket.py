@@ -1,11 +1,14 @@
-"""A plate with a groove that has two ends: a pocket in its upper face, meshed directly, its chord error guaranteed."""
+"""Plates that slide, meshed directly, their chord error guaranteed: with a groove that has two ends, a pocket in the
+upper face, or with an edge that a roller runs on."""
 
 from __future__ import annotations
 
 from camgeom.immutable import immutable
-from camgeom.solid import QuickPart, Solid, stated
+from camgeom.maths import Floats
+from camgeom.solid import TOUCHED, QuickPart, Solid, stated
 from camgeom.solid.builder import Builder, cap
-from camgeom.solid.prism import Loop, wall
+from camgeom.solid.prism import Loop, outline_grid, raised, wall
+from camgeom.track.edge import FIRST, LAST, EdgeOutline
 
 
 @immutable
@@ -28,3 +31,27 @@ class PocketPlate(QuickPart):
         cap(builder, [rim.low], [rim.plane], "end", up=False)
         error, free_error = stated([*rim.errors, *pocket.errors], free)
         return Solid(self.name, builder.mesh(), error, "direct", 0, free_error)
+
+
+@immutable
+class EdgePlate(QuickPart):
+    """A plate 0 <= z <= top whose upper edge is a roller's envelope: that is its flank, all else its rim."""
+
+    name: str
+    outline: EdgeOutline
+    top: float
+
+    def solid(self, tolerance: float, free: float | None = None) -> Solid:
+        """Mesh within the tolerance; its rim is plane. Raises DesignError where the outline crosses itself."""
+        builder, grid = Builder(), outline_grid(self.outline, tolerance)
+        names = named(0.5 * (grid.phi[:-1] + grid.phi[1:]))
+        side = raised(builder, grid.points[:2, :-1, 0].T, names, 0.0, self.top, False, (TOUCHED, grid.chord_error))
+        cap(builder, [side.high], [side.plane], "end", up=True)
+        cap(builder, [side.low], [side.plane], "end", up=False)
+        error, free_error = stated([*side.errors], free)
+        return Solid(self.name, builder.mesh(), error, "direct", 0, free_error)
+
+
+def named(phi: Floats) -> list[str]:
+    """Faces of such a plate at parameters (n,) of its outline."""
+    return [TOUCHED if FIRST < at < LAST else "rim" for at in phi.tolist()]

@@ -20,12 +20,12 @@ from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import cross, dot
+from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.tolerance.causes import NORMAL, Approaches, Cause, Pivots
 from camgeom.tolerance.contacts import Contacts, contacts
 from camgeom.track import Swing
 
 if TYPE_CHECKING:
-    from camgeom.solid.mechanism import Mechanism
     from camgeom.tolerance.samples import Spreads
     from camgeom.tolerance.seat import Bools
 
@@ -49,9 +49,9 @@ class Ends:
 
     @classmethod
     def of(cls, mechanism: Mechanism, pivots: Pivots) -> Self | None:
-        """Those of a plate; None of grooves without ends."""
+        """Those of a plate's groove; None of grooves without ends, and of an edge, which goes on straight."""
         carriage = mechanism.carriage
-        if carriage is None:
+        if carriage is None or mechanism.drive is Drive.ALONE:
             return None
         flank = contacts(mechanism, np.array([0.0, carriage.turned]))
         if isinstance(flank.joint, Swing):

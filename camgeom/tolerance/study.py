@@ -170,7 +170,7 @@ class ToleranceStudy:
     def end_room(self) -> float | None:
         """Room that a plate's roller has at the ends of its groove, mm; None of a groove without."""
         mechanism = self.loaded.mechanism
-        return None if mechanism.carriage is None else mechanism.running_clearance
+        return None if mechanism.carriage is None or not self.both else mechanism.running_clearance
 
     @cached_property
     def worst_end(self) -> float:

@@ -18,12 +18,19 @@ from camgeom.export.step.brep import Assembly, Brep, Facets, Placed
 from camgeom.export.step.cut import cut_solid
 from camgeom.export.step.geometry import Frame, vector
 from camgeom.export.step.groove import end_face_solid, grooved_solid, grooves_solid, ribbed_solid
-from camgeom.export.step.solids import TOLERANCE, grooved_plate_solid, planar_solid, pocket_solid, revolved_solid
+from camgeom.export.step.solids import (
+    TOLERANCE,
+    edge_solid,
+    grooved_plate_solid,
+    planar_solid,
+    pocket_solid,
+    revolved_solid,
+)
 from camgeom.maths import Floats
 from camgeom.solid.cut import CutBlank, IndexingCut
 from camgeom.solid.drum import EndFaceRing, GroovedCylinder, RibbedCylinder
 from camgeom.solid.grooves import GroovedDrum
-from camgeom.solid.pocket import PocketPlate
+from camgeom.solid.pocket import EdgePlate, PocketPlate
 from camgeom.solid.prism import GroovedPlate, Prism
 from camgeom.solid.turret import STUD_SHARE, StackedTurret, TurretBody
 from camgeom.track import TURN, Arc, Swing, Track
@@ -48,6 +55,7 @@ EXACT: dict[type, Callable[[Any, float], Brep]] = {
     Prism: planar_solid,
     GroovedPlate: grooved_plate_solid,
     PocketPlate: pocket_solid,
+    EdgePlate: edge_solid,
     CutBlank: cut_solid,
     IndexingCut: cut_solid,
 }

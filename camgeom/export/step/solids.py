@@ -7,6 +7,7 @@ planes and cylinders, elsewhere splines within the tolerance.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from math import asin, pi, sqrt
 from typing import final
@@ -19,8 +20,9 @@ from camgeom.export.step.geometry import Frame, Plane
 from camgeom.export.step.shell import Band, Shell, shell
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
+from camgeom.solid import TOUCHED
 from camgeom.solid.blank import Bore
-from camgeom.solid.pocket import PocketPlate
+from camgeom.solid.pocket import EdgePlate, PocketPlate, named
 from camgeom.solid.prism import FaceGroove, GroovedPlate, Prism
 from camgeom.solid.prism import Loop as BodyLoop
 
@@ -250,6 +252,16 @@ def pocket_solid(body: PocketPlate, tolerance: float = TOLERANCE) -> Brep:
         flat_end("floor", body.floor, True, [inside.first]),
     )
     return Brep(body.name, (*outside.faces, *inside.faces, *flats), deviation=max(outside.deviation, inside.deviation))
+
+
+def edge_solid(body: EdgePlate, tolerance: float = TOLERANCE) -> Brep:
+    """The plate whose upper edge a roller runs on; raises as `planar_solid`."""
+    whole = closed(BodyLoop(body.outline, TOUCHED), body.name)
+    knots = np.array(whole.knots)
+    outline = replace(whole, name=tuple(named(0.5 * (knots[:-1] + knots[1:]))))
+    side = wall(outline, 0.0, body.top, 1.0, tolerance)
+    flats = flat_end("end", 0.0, False, [side.first]), flat_end("end", body.top, True, [side.last])
+    return Brep(body.name, (*side.faces, *flats), deviation=side.deviation)
 
 
 def _flank(groove: FaceGroove, loop: BodyLoop, outline: ClosedCurve, outward: float, tolerance: float) -> Shell:

@@ -391,8 +391,8 @@ def across(model: Model, meshes: Meshes) -> Drawing:
 
 
 def plate_views(model: Model, meshes: Meshes, with_follower: bool) -> tuple[Drawing, ...]:
-    """A plate that slides: from above, cut through the middle of its roller, and cut across the groove where that is at
-    zero travel."""
+    """A plate that slides: from above, cut through the middle of its roller, and cut across where that is at zero
+    travel."""
     box, carriage = model.mechanism.box, model.mechanism.carriage
     assert box is not None
     assert carriage is not None
@@ -415,21 +415,25 @@ def plate_views(model: Model, meshes: Meshes, with_follower: bool) -> tuple[Draw
         flat += _cross(*pivot, 0.03 * length)
         dimensions.append(Dimension(pivot, (x, y), number(float(np.hypot(x - pivot[0], y - pivot[1])), 6), "above"))
         leaders.append(Leader(pivot, "pivot"))
-    notes = _roller_notes(model, ACROSS) if with_follower else (Leader((x, y), f"groove {number(wide, 6)} wide"),)
+    grooved = model.mechanism.form == "groove"
+    made = f"groove {number(wide, 6)} wide" if grooved else f"edge of a roller ⌀ {number(wide, 6)}"
+    notes = _roller_notes(model, ACROSS) if with_follower else (Leader((x, y), made),)
     leaders += notes
     flat += _followers(model, 2, z, ACROSS) if with_follower else ()
     told = f", follower at zero travel; slides along -X by {number(carriage.stroke, 6)} mm" if with_follower else ""
     regions = _regions(meshes, 2, z + 1e-6 * thick, ACROSS)
     caption = f"Section at z = {number(z)} mm, seen from +Z{told}"
     above = Drawing(caption, tuple(flat), (), tuple(dimensions), tuple(leaders), regions)
+    cut = _regions(meshes, 0, x + 1e-6 * length, END)
+    if not grooved:
+        width = max(float(loop[:, 0].max()) for region in cut for loop in region.loops)
     ends = [
         Dimension((0.0, 0.0), (width, 0.0), number(width, 6), "below"),
         Dimension((0.0, 0.0), (0.0, thick), number(thick, 6), "left"),
-        Dimension((width, floor), (width, top), number(top - floor, 6), "right"),
+        *([Dimension((width, floor), (width, top), number(top - floor, 6), "right")] if grooved else []),
     ]
     ghosts = _followers(model, 0, x, END) if with_follower else ()
-    across_it = Drawing(f"Section at x = {number(x, 6)} mm, seen from +X", tuple(ghosts), (), tuple(ends), (),
-                        _regions(meshes, 0, x + 1e-6 * length, END))  # fmt: skip
+    across_it = Drawing(f"Section at x = {number(x, 6)} mm, seen from +X", tuple(ghosts), (), tuple(ends), (), cut)
     return above, across_it
 
 
