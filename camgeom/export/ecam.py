@@ -24,13 +24,14 @@ from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
 
 import numpy as np
+import numpy.typing as npt
 
 from camgeom.errors import CamgeomError, ExportError, NotConverged
 from camgeom.export import writer
 from camgeom.export.files import atomic_write, moment, write_csv
 from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
-from camgeom.maths.extremum import piece_grid
+from camgeom.maths.extremum import bracketed_maximum, piece_grid
 from camgeom.maths.panels import TURN
 from camgeom.maths.sampling import subdivided
 
@@ -44,7 +45,9 @@ POINTS = 361
 """default number of points, one a degree"""
 MOST = 200_000
 SHARES = np.array([0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875])
-"""where between two points the error of a table is measured"""
+"""where between two points the error of a table is measured first"""
+NEAR = 0.5
+"""share of the largest error so measured from which on an interval's own largest error is found to rounding"""
 EVEN = 1e-9
 """share of the largest value below which both sides of a knot count as the same"""
 
@@ -69,7 +72,7 @@ class MasterTable:
 
 
 Interpolation = Callable[[Floats, Floats, Floats, Floats], Floats]
-"""(share (m,), step (k,), jet at the start (4, k), jet at the end (4, k)) -> positions (k, m)"""
+"""(shares (m,) or (k, m), step (k,), jet at the start (4, k), jet at the end (4, k)) -> positions (k, m)"""
 
 
 def straight(share: Floats, step: Floats, start: Floats, stop: Floats) -> Floats:
@@ -80,7 +83,7 @@ def straight(share: Floats, step: Floats, start: Floats, stop: Floats) -> Floats
 
 def quintic(share: Floats, step: Floats, start: Floats, stop: Floats) -> Floats:
     """The polynomial of degree five through position, velocity and acceleration of both points."""
-    x, h = share[None, :], step[:, None]
+    x, h = share, step[:, None]
     d = (stop[0] - start[0])[:, None]
     v0, v1, a0, a1 = (q[:, None] for q in (start[1], stop[1], start[2], stop[2]))
     v0, v1, a0, a1 = v0 * h, v1 * h, a0 * h * h, a1 * h * h
@@ -165,12 +168,24 @@ def _jets(axis: Axis, theta: Floats) -> Floats:
 
 
 def _errors(axis: Axis, theta: Floats, jet: Floats, interpolation: Interpolation) -> Floats:
-    """Largest error (n - 1,) between neighbouring rows, in the table's unit."""
-    step = np.diff(theta)
-    between = theta[:-1, None] + step[:, None] * SHARES
-    true = axis.jet(between.ravel(), 0)[0].reshape(between.shape)
-    made = interpolation(SHARES, np.degrees(step), jet[:, :-1], jet[:, 1:])
-    return np.asarray(np.abs(made - true).max(axis=1))
+    """Largest error (n - 1,) between neighbouring rows, in the table's unit.
+
+    Exact where it comes near the largest of all; elsewhere that at SHARES.
+    """
+
+    def apart(rows: npt.NDArray[np.intp], share: Floats) -> Floats:
+        step = np.diff(theta)[rows]
+        true = axis.jet((theta[rows, None] + step[:, None] * share).ravel(), 0)[0].reshape(len(rows), -1)
+        return np.asarray(np.abs(interpolation(share, np.degrees(step), jet[:, rows], jet[:, rows + 1]) - true))
+
+    sampled = apart(np.arange(len(theta) - 1), SHARES)
+    error = sampled.max(axis=1)
+    near = np.flatnonzero(error >= NEAR * error.max())
+    places, top = np.concatenate([[0.0], SHARES, [1.0]]), sampled[near].argmax(axis=1)
+    rounding = 8.0 * np.finfo(float).eps * float(np.abs(jet[0]).max())
+    found, _ = bracketed_maximum(lambda share: apart(near, share), places[top], places[top + 2], noise=rounding)
+    error[near] = np.maximum(error[near], found)
+    return np.asarray(error)
 
 
 def _within(axes: Sequence[Axis], interpolation: Interpolation, tolerance: float) -> Floats:

@@ -13,7 +13,7 @@ import pytest
 
 from camgeom.errors import ExportError
 from camgeom.export import write
-from camgeom.export.ecam import master_tables, quintic, straight
+from camgeom.export.ecam import Interpolation, master_tables, quintic, straight
 from camgeom.model import Model, read
 from camgeom.profile import parse
 from tests.places import PROFILES
@@ -93,6 +93,26 @@ def test_every_follower_has_a_table_over_the_cam_s_angle(tmp_path: Path, output:
     assert velocity == pytest.approx(speed * rows[:, heads.index("follower_2.velocity_mm_per_deg")])
     assert np.abs(velocity).max() == pytest.approx(648.0, rel=1e-3)
     assert "Follower 2: " in root.find(".//p:documentation/h:p", SPACE).text
+
+
+@pytest.mark.parametrize("interpolation", [straight, quintic])
+@pytest.mark.parametrize("output", ["table_tolerance = 1e-3", "table_tolerance = 1.16e-4", "table_points = 25"])
+def test_the_stated_error_is_the_largest(output: str, interpolation: Interpolation) -> None:
+    """Few rows on a law of three sines: the error between two of them has its peak away from the shares of a sample.
+    """
+    text = (PROFILES / "disc_offset_roller.toml").read_text().replace("modified-sine", "triple-harmonic")
+    made = Model(parse(text.replace("[output]\n", f"[output]\n{output}\n")))
+    (table,) = master_tables(made.bindings, interpolation)
+    theta = np.linspace(0.0, 2.0 * pi, 400_001)
+    if interpolation is straight:
+        replayed = np.interp(np.degrees(theta), table.master, table.jet[0])
+    else:
+        replayed = polynomial(np.stack([table.master, *table.jet[:3]], axis=1), np.degrees(theta))
+    largest = np.abs(replayed - made.setup.program.jet(theta, 0)[0]).max()
+    assert largest <= 1.000001 * table.error + 1e-13
+    assert largest >= 0.999 * table.error
+    if made.profile.output.table_tolerance is not None:
+        assert largest <= 1.000001 * made.profile.output.table_tolerance
 
 
 def test_a_turret_gains_its_index_every_turn() -> None:
