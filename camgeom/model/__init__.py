@@ -462,10 +462,10 @@ class Model(Sealed):
         return max(SAG * solid.chord_error, 0.0 if solid.free_error is None else self.tolerance)
 
     def _vertices(self, solid: Solid, track: Track | None) -> Floats:
-        """Vertices (v, 3) of a body; of a planar cam's wall, which has them at its ends alone, beside the roller."""
+        """Vertices (v, 3) of a body; of the wall of a disc or plate, which has them at its ends, beside the roller."""
         from camgeom.track.clearance import wall_points
 
-        if self.planar is None or track is None:
+        if track is None or (self.planar is None and self.mechanism.carriage is None):
             return solid.mesh.vertices
         return wall_points(solid.mesh, 0.5 * sum(track.contact))
 

@@ -18,7 +18,8 @@ KINDS = (
     "cylindrical", "parallel-index",
 )  # fmt: skip
 """the kind of a seed is KINDS[seed % 20]; those that cost most come less often"""
-LATER, KINDS_LATER = 100_000, ("end-face", "unequal-pair", "stations", "grooves", "linear", "faces")
+LATER, KINDS_LATER = 100_000, ("end-face", "unequal-pair", "stations", "grooves", "linear", "faces",
+                              "linear-edge")  # fmt: skip
 """kinds that came when the seeds below had been judged already: those of seeds from LATER on, EACH of one after another
 """
 EACH = 10_000
@@ -93,10 +94,11 @@ def design(seed: int) -> dict[str, Any]:
         "end-face": _end_face,
         "globoidal": _globoid,
         "linear": _linear,
+        "linear-edge": _linear_edge,
         "parallel-index": _plates,
     }[kind](dice)
     data["name"] = f"seed {seed}"
-    if kind != "linear":
+    if data["cam"]["kind"] != "linear":
         data["cam"]["direction"] = dice.one("ccw", "cw")
     if dice.chance(0.6):
         _operation(dice, data)
@@ -515,6 +517,14 @@ def _linear(dice: Dice) -> dict[str, Any]:
         cam["start"] += high - low
         cam["length"] += 2.0 * (high - low)
     return {"cam": cam, "follower": follower, "roller": roller, "motion": _moves(dice, levels, stroke)}
+
+
+def _linear_edge(dice: Dice) -> dict[str, Any]:
+    """The same path over the edge of a plate, whose ends the last one may leave on a slope."""
+    data = _linear(dice)
+    cam = {"form": "edge"} | {k: v for k, v in data["cam"].items()
+                              if k not in ("width", "groove_depth", "running_clearance")}  # fmt: skip
+    return data | {"cam": cam}
 
 
 def _indexing(dice: Dice, stops: int, rollers: int) -> tuple[dict[str, Any], ...]:

@@ -376,6 +376,10 @@ def _plate(dice: Dice, kind: str, size: float) -> Data:
     for segment in motion:
         segment["until"] = round(segment["until"] / 360.0 * stroke, 6)
     motion[-1]["until"] = stroke
+    if dice.likely(0.4):
+        cam["form"] = "edge"
+        for key in ("width", "groove_depth", "running_clearance"):
+            cam.pop(key, None)
     return {"cam": cam, "follower": follower, "roller": roller, "motion": motion}
 
 

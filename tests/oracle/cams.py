@@ -564,29 +564,52 @@ def travel(cam, phi):
 
 
 def _linear(cam, follower, roller, lift, low, high):
-    """A plate: the roller in a groove, which lies still in X but for the lean of its slide, as the plate goes by."""
+    """A plate: the roller in a groove, which lies still in X but for the lean of its slide, as the plate goes by.
+
+    Under an edge the plate goes on straight, as the roller touches it at the ends of its path.
+    """
     del low, high
     if follower["kind"] == "swinging":
         arm, rest = follower["arm"], radians(follower.get("start_angle", 0.0))
         way = -1.0 if follower.get("side") == "right" else 1.0
     radius, lean = 0.5 * roller["diameter"] + cam.get("running_clearance", 0.0), radians(cam.get("inclination", 0.0))
-    length, width, thick = cam["length"], cam["width"], cam["thickness"]
-    floor = thick - cam["groove_depth"]
+    length, thick, edged = cam["length"], cam["thickness"], cam.get("form") == "edge"
 
-    def distance(x, phi, k):
-        del k
+    def place(phi):
         s = lift(phi)
         along, across = s * sin(lean), s * np.cos(lean)
         if follower["kind"] == "swinging":
             # The pivot stands arm away from the roller at zero lift; a greater angle lifts the roller towards +Y.
             along = way * arm * (np.cos(rest + s) - np.cos(rest))
             across = arm * (np.sin(rest + s) - sin(rest))
-        along, across = travel(cam, phi) + cam["start"] + along, cam["edge"] + across
-        side, under = np.hypot(x[..., 0] - along, x[..., 1] - across) - radius, floor - x[..., 2]
+        return travel(cam, phi) + cam["start"] + along, cam["edge"] + across
+
+    def distance(x, phi, k):
+        del k
+        along, across = place(phi)
+        side = np.hypot(x[..., 0] - along, x[..., 1] - across) - radius
+        if edged:
+            return side
+        under = thick - cam["groove_depth"] - x[..., 2]
         return np.hypot(np.maximum(side, 0.0), np.maximum(under, 0.0)) + np.minimum(np.maximum(side, under), 0.0)
 
     def rim(x):
-        return np.minimum.reduce([np.abs(x[:, 0]), np.abs(x[:, 0] - length), np.abs(x[:, 1]), np.abs(x[:, 1] - width)])
+        sides = [np.abs(x[:, 0]), np.abs(x[:, 0] - length), np.abs(x[:, 1])]
+        if not edged:
+            return np.minimum.reduce([*sides, np.abs(x[:, 1] - cam["width"])])
+        turned = radians(cam.get("drive_out", 180.0))
+        for angles, way in ((np.array([0.0, 0.02, 0.03]), -1.0), (turned - np.array([0.0, 0.02, 0.03]), 1.0)):
+            t = travel(cam, angles)
+            # The direction at the end of the path: of the parabola through its last three places.
+            near, far = t[1] - t[0], t[2] - t[0]
+            (px, py) = place(angles)
+            dx, dy = ((one[1] - one[0]) / near * far / (far - near) - (one[2] - one[0]) / far * near / (far - near)
+                      for one in (px, py))  # fmt: skip
+            long = np.hypot(dx, dy)
+            aside = (x[:, 1] - py[0]) * dx / long - (x[:, 0] - px[0]) * dy / long
+            on = way * ((x[:, 0] - px[0]) * dx + (x[:, 1] - py[0]) * dy) > -1e-6 * length * long
+            sides.append(np.where(on, np.abs(aside + radius), FAR))
+        return np.minimum.reduce(sides)
 
     return [Judge(distance, _planes(cam, 0.0, thick, rim))]
 

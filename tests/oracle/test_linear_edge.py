@@ -177,6 +177,13 @@ def test_the_follower_lifts_off_where_spring_and_weight_do_not_hold_it() -> None
         assert levels(plate(preload=-least * factor), "contact-kept") == [level]
 
 
+@pytest.mark.parametrize("thick", [9.0, 12.0, 80.0])
+def test_a_plate_may_be_much_thicker_than_its_roller_is_long(thick: float) -> None:
+    made = plate().with_({"cam.thickness": thick})
+    for name in ("backlash", "interference"):
+        assert levels(made, name) == ["pass"]
+
+
 def test_an_undercut_edge_makes_no_body() -> None:
     made = plate(first=15, last=30)
     assert levels(made, "undercut") == ["fail"]
