@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 AIMS = {"acceleration": "peak-acceleration", "jerk": "jerk", "residual": "residual", "rms": "rms-acceleration"}
 POINTS = 2001
 """x, lift, velocity and acceleration in the JSON and the CSV file, evenly spread"""
+VOID = 0.5
+"""share of a value by which its bound may lie below it while that share is told"""
 ALONG = 9
 """points of the front"""
 NAMED = 12
@@ -133,6 +135,7 @@ def law_data(found: Best, keys: dict[str, Any]) -> dict[str, Any]:
         "value": found.value,
         "lower_bound": found.bound,
         "gap": found.gap,
+        "most_gain": found.most_gain,
         "bound_holds_for": found.holds_for,
         "peak_velocity": peaks["velocity"],
         "peak_acceleration": peaks["acceleration"],
@@ -153,6 +156,7 @@ def summary(data: dict[str, Any], keys: dict[str, Any]) -> list[str]:
     rows = [
         ("least " + keys["minimise"].replace("-", " "), number(data["value"], 8)),
         ("lower bound", f"{number(data['lower_bound'], 8)} for {data['bound_holds_for']}"),
+        ("most to gain", number(data["most_gain"])),
         ("gap", f"{100.0 * data['gap']:.2g} %"),
         ("peak velocity", number(data["peak_velocity"], 7)),
         ("peak acceleration", number(data["peak_acceleration"], 7)),
@@ -264,7 +268,8 @@ def page(found: Best, keys: dict[str, Any], points: list[tuple[float, float, flo
     values = [("Least " + keys["minimise"].replace("-", " "), found.value), ("Lower bound", found.bound)]
     values += [(name.capitalize().replace("Rms-", "RMS "), value) for name, value in found.peaks.items()]
     figures = tuple(Figure(name, value) for name, value in values if isfinite(value))
-    told = f"The bound holds for {found.holds_for}; the law is within {100.0 * found.gap:.2g} % of it."
+    near = f"within {100.0 * found.gap:.2g} % of it" if found.gap < VOID else f"above it by {found.most_gain:.2g}"
+    told = f"The bound holds for {found.holds_for}; the law is {near}."
     chapters = [Chapter("law", "The law", (Text(("; ".join(segment_lines(keys)),)), motion_chart(found)))]
     if found.wish.band is not None:
         rivals = rivals_of(found.wish)

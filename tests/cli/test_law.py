@@ -34,6 +34,20 @@ def test_the_json_has_the_promised_names(capsys: pytest.CaptureFixture[str]) -> 
     assert (data["lift"][0], data["lift"][-1]) == (0.0, 1.0)  # type: ignore[index]
 
 
+def test_of_next_to_nothing_the_most_to_gain_is_told_and_no_share(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A residual of a millionth of the lift ends the search; one that is worth the name has a bound within a percent."""
+    monkeypatch.setattr("camgeom.cli.law.ALONG", 2)
+    little = told(capsys, "--least", "residual", "--jmax", "80", "--band", "4.629:7.414", "--out", str(tmp_path))
+    assert 0.0 < little["value"] <= 1e-6  # type: ignore[operator]
+    assert little["most_gain"] == little["value"] - little["lower_bound"]  # type: ignore[operator]
+    assert f"the law is above it by {little['most_gain']:.2g}" in (tmp_path / "law.html").read_text(encoding="utf-8")
+    more = told(capsys, "--least", "residual", "--jmax", "80", "--band", "2.121:3.369", "--out", str(tmp_path / "more"))
+    assert more["most_gain"] == pytest.approx(more["gap"] * more["value"], abs=1e-12)  # type: ignore[operator]
+    assert "the law is within" in (tmp_path / "more" / "law.html").read_text(encoding="utf-8")
+
+
 def test_without_a_jerk_limit_the_acceleration_may_jump(capsys: pytest.CaptureFixture[str]) -> None:
     data = told(capsys)
     assert data["peak_acceleration"] == pytest.approx(4.0, rel=1e-9)

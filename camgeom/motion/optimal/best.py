@@ -48,6 +48,12 @@ class Best:
         return max(0.0, 1.0 - self.bound / self.value) if self.value > 0.0 else 0.0
 
     @property
+    def most_gain(self) -> float:
+        """Most by which the best of all laws can be lower: what a share says nothing of where the value is next to
+        none."""
+        return max(0.0, self.value - self.bound)
+
+    @property
     def holds_for(self) -> str:
         """The class of laws that the bound holds for."""
         return class_of(self.wish)

@@ -54,6 +54,11 @@ class Cuts:
         """These and further ones."""
         return Cuts(*(np.concatenate(pair) for pair in ((self.n, n), (self.angle, angle), (self.places, places))))
 
+    def living(self, worth: Floats, latest: int) -> Cuts:
+        """All places, and of the tangents the latest ones and those that are worth something in a programme."""
+        kept = (worth > 0.0) | (np.arange(len(worth)) >= len(worth) - latest)
+        return Cuts(self.n[kept], self.angle[kept], self.places)
+
     def rows(self, x: Floats, smooth: bool, damping: float) -> tuple[Floats, Floats]:
         """The real kernels against the pieces, and their values at the breaks."""
         turn = np.exp(-1j * self.angle)

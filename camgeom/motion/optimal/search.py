@@ -22,10 +22,16 @@ KEPT = 8e-10
 """relative; how far a limit may be exceeded while tangents are still added"""
 LITTLE, ENOUGH = 1e-3, 1e-6
 """a residual that is sought is found to this share of itself, or of a thousandth of the lift"""
+SILENT = 1e-6
+"""share of the lift up to which a residual is none to seek less than"""
 ROUNDS = 50
 PASSES = 2
 SLIGHT = 1e-8
 """relative; a gain that no further programme is solved for"""
+GROWTH = 2.0
+"""of how far breaks may move after a step that brought something"""
+LATEST = 5
+"""programmes for which a tangent stays that is worth nothing"""
 STEADY = 1e-5
 """breaks that move less have found their place"""
 SHARP = 1e-6
@@ -106,6 +112,8 @@ def find(task: Task, begun: Shape | None = None, purse: Purse | None = None) -> 
         bound = -np.inf if sharp is None else lower_bound(task, shape, sharp.multipliers)
         if best is None or bound > best.bound:
             best = Found(settled.shape, settled.value, bound, settled)
+        if task.residual.slope and best.value <= SILENT:
+            break
         if best.value - best.bound <= CLOSE * (max(best.value, LITTLE) if task.residual.slope else best.value):
             break
         mesh = refined(settled.shape)
@@ -164,7 +172,11 @@ def _settled(task: Task, shape: Shape, value: float, cuts: Cuts, purse: Purse) -
     Linear programmes one after the other (F. Palacios-Gomez et al., Management Science 28 (1982) 1106): a step counts
     where it brings more than it spoils, else the next one reaches less far.
     """
-    reach, merit, last, stiff, stalled = min(1.0 / SPANS, task.wish.longest_ramp / 8.0), np.inf, None, None, False
+    farthest = reach = min(1.0 / SPANS, task.wish.longest_ramp / 8.0)
+    merit, last, stiff, stalled = np.inf, None, None, False
+    # Of a residual alone the tangents are many, and its breaks creep.
+    sought = task.residual.slope > 0.0 and not task.velocity.asked
+    added: list[int] = []
     for _ in range(ROUNDS):
         programme = Programme(task, shape, cuts, value, reach, stiff, stalled)
         trial, stalled = programme.solve(purse), programme.stalled
@@ -175,7 +187,6 @@ def _settled(task: Task, shape: Shape, value: float, cuts: Cuts, purse: Purse) -
         gaps = values(trial.shape, moment_parts(trial.shape.x, shape.smooth)) - task.wish.moments
         missed = float(np.abs(gaps).max())
         over, further = excess(task, trial.shape, trial.value)
-        cuts = cuts.and_at(*further)
         m = trial.multipliers
         weight = 0.0
         if task.residual.asked:
@@ -184,6 +195,11 @@ def _settled(task: Task, shape: Shape, value: float, cuts: Cuts, purse: Purse) -
         weight += (m.above.sum() + m.below.sum()) * (task.velocity.at(trial.value) if task.velocity.asked else 1.0)
         now = trial.value + 2.0 * float(np.abs(m.moments) @ np.abs(gaps)) + 2.0 * weight * max(over, 0.0)
         better = now < merit
+        if better and sought:
+            cuts = cuts.living(m.cut, sum(added[-LATEST:]))
+        cuts, added = cuts.and_at(*further), [*added, len(further[0])]
+        # What such a step gains of a residual is less than it is sought to: breaks come to rest.
+        slow = better and sought and merit - now < ENOUGH * max(trial.value, LITTLE)
         if better:
             shape, value, merit = trial.shape, trial.value, now
             stiff = stiffness(task, shape, m)
@@ -196,7 +212,8 @@ def _settled(task: Task, shape: Shape, value: float, cuts: Cuts, purse: Purse) -
             last = trial
             if done:
                 break
-        reach = min(reach, max(2.0 * moved, 1e-9)) if better else 0.25 * min(reach, moved)
+        most = farthest if sought else reach
+        reach = min(most, max(GROWTH * moved, 1e-9)) if better and not slow else 0.25 * min(reach, moved)
     return last, cuts
 
 

@@ -83,6 +83,7 @@ def _best_law(found: Best) -> dict[str, Any]:
         "value": found.value,
         "lower_bound": found.bound,
         "gap": found.gap,
+        "most_gain": found.most_gain,
         "bound_holds_for": found.holds_for,
         **peaks,
     }
