@@ -37,7 +37,7 @@ def test_the_json_has_the_promised_names(capsys: pytest.CaptureFixture[str]) -> 
 def test_of_next_to_nothing_the_most_to_gain_is_told_and_no_share(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A residual of a millionth of the lift ends the search; one that is worth the name has a bound within a percent."""
+    """A residual of a millionth of the lift ends the search; of one that is worth the name a share is told."""
     monkeypatch.setattr("camgeom.cli.law.ALONG", 2)
     little = told(capsys, "--least", "residual", "--jmax", "80", "--band", "4.629:7.414", "--out", str(tmp_path))
     assert 0.0 < little["value"] <= 1e-6  # type: ignore[operator]
