@@ -452,6 +452,25 @@ def _linear(dice: Dice) -> Data:
     return data
 
 
+def _linear_edge(dice: Dice) -> Data:
+    """The edge of a plate, on which a spring holds the follower."""
+    trip = Trip(dice)
+    travel, radius = dice.between(140.0, 220.0), dice.between(7.0, 11.0)
+    length, wall = radius * dice.between(1.0, 1.3), dice.between(8.0, 14.0)
+    stroke = tan(radians(dice.between(10.0, 22.0))) * travel / (2.0 * pi) / trip.velocity
+    cam: Data = {"kind": "linear", "form": "edge", "stroke": travel, "drive": "simple-harmonic"}
+    cam |= {"thickness": length * dice.between(1.0, 2.0), "start": radius + wall, "edge": radius + wall}
+    cam |= {"length": travel + 2.0 * (radius + wall), "moving_mass": dice.between(2.0, 8.0)}
+    motion = trip.segments(stroke)
+    for segment in motion:
+        segment["until"] *= travel / 360.0
+    data: Data = {"cam": cam, "motion": motion, "follower": {"kind": "translating"}}
+    data["roller"] = roller(dice, radius, length)
+    # Where the edge is sharpest it has about half the roller's radius, see `loaded`.
+    loaded(dice, data, 0.5 * radius * length, swayed(data), True)
+    return data
+
+
 def swayed(data: Data) -> float:
     """Largest second derivative of a linear cam's lift by the angle of its crank, mm, by differences."""
     travel, count = data["cam"]["stroke"], 7200
@@ -496,6 +515,7 @@ KINDS: dict[str, Callable[[Dice], Data]] = {
     "both faces": _both_faces,
     "groove and rim": _groove_and_rim,
     "linear": _linear,
+    "linear edge": _linear_edge,
 }
 """how a design of every kind is made; the kind of a seed is that of its remainder"""
 SEVERAL = ("both faces", "groove and rim")
@@ -506,11 +526,14 @@ FIRST_KINDS = 20
 """kinds of the seeds below"""
 LINEAR_SEED, SECOND_KINDS = 60_000, 24
 """linear cams come from here on; kinds of the seeds below"""
+EDGE_SEED, THIRD_KINDS = 70_000, 25
+"""edges of plates come from here on; kinds of the seeds below"""
 
 
 def kinds_of(seed: int) -> tuple[str, ...]:
     """The kinds that a seed may have."""
-    return tuple(KINDS)[: FIRST_KINDS if seed < FIRST_SEED else SECOND_KINDS if seed < LINEAR_SEED else len(KINDS)]
+    bounds = (FIRST_SEED, FIRST_KINDS), (LINEAR_SEED, SECOND_KINDS), (EDGE_SEED, THIRD_KINDS)
+    return tuple(KINDS)[: next((count for end, count in bounds if seed < end), len(KINDS))]
 
 
 def kind_of(seed: int) -> str:

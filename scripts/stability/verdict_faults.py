@@ -47,7 +47,8 @@ GROOVES = ("drum groove", "drum groove, swinging")
 STRUCK = ("drum groove", "face groove", "rocker", "slide")
 SLIDING = ("disc, flat", "disc, curved", "frame")
 ROLLING = tuple(kind for kind in ALONE if kind not in SLIDING)
-TURNING = tuple(kind for kind in ALONE if kind != "linear")
+SLIDES = ("linear", "linear edge")
+TURNING = tuple(kind for kind in ALONE if kind not in SLIDES)
 KEYED = tuple(kind for kind in TURNING if kind not in ("disc, swinging roller", "face groove, swinging", "rocker"))
 """where the cam's least radius lies beside the keyway, on +X: swinging followers meet it at another angle"""
 
@@ -853,7 +854,7 @@ FAULTS: dict[str, Fault] = {
     "thin wall: web": Fault(ENDS, thin_web, ("wall",), ("web",)),
     "thin wall: between faces": Fault(("both faces",), thin_between, ("wall",)),
     "thin wall: groove to profile": Fault(("groove and rim",), thin_profile, ("wall",)),
-    "force of the drive": Fault(("linear",), weak_slide, ("drive-force",)),
+    "force of the drive": Fault(SLIDES, weak_slide, ("drive-force",)),
     "thin wall: plate": Fault(("linear",), thin_slide, ("wall", "run-out"), ("start", "edge", "thickness")),
 }  # fmt: skip
 WITHOUT = {

@@ -12,8 +12,19 @@ from tests.places import ROOT
 sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 
 from verdict import asked, design_of, of_fault, run_fault, run_sound, table
-from verdict_designs import FIRST_SEED, KINDS, LAWS, LINEAR_SEED, furnished, kind_of, sound
-from verdict_faults import FAULTS, FIRST, IDLE, PENDING, WITHOUT, count_of, injected, normalised, swinging_torque
+from verdict_designs import EDGE_SEED, FIRST_SEED, KINDS, LAWS, LINEAR_SEED, THIRD_KINDS, furnished, kind_of, sound
+from verdict_faults import (
+    FAULTS,
+    FIRST,
+    IDLE,
+    PENDING,
+    SLIDES,
+    WITHOUT,
+    count_of,
+    injected,
+    normalised,
+    swinging_torque,
+)
 
 from camgeom.checks import checks
 
@@ -25,8 +36,9 @@ SECOND = FIRST_SEED + FIRST - FIRST_SEED % CLASSES + CLASSES
 def test_a_seed_gives_one_design_and_one_fault() -> None:
     assert sound(17) == sound(17)
     assert of_fault(17) == of_fault(17)
-    assert {kind_of(seed) for seed in range(FIRST_SEED, FIRST_SEED + len(KINDS))} == set(KINDS) - {"linear"}
-    assert {kind_of(seed) for seed in range(LINEAR_SEED, LINEAR_SEED + len(KINDS))} == set(KINDS)
+    assert {kind_of(seed) for seed in range(FIRST_SEED, FIRST_SEED + len(KINDS))} == set(KINDS) - {*SLIDES}
+    assert {kind_of(seed) for seed in range(LINEAR_SEED, LINEAR_SEED + len(KINDS))} == set(KINDS) - {"linear edge"}
+    assert {kind_of(seed) for seed in range(EDGE_SEED, EDGE_SEED + len(KINDS))} == set(KINDS)
     assert {of_fault(seed)[0] for seed in range(LINEAR_SEED, LINEAR_SEED + len(FAULTS))} == set(FAULTS)
 
 
@@ -68,10 +80,11 @@ def test_faults_of_the_other_checks_are_told_by_them(first: int) -> None:
     assert not [record for record in records if record.outcome == "MISS"], table(records)
 
 
-LINEAR = LINEAR_SEED + len(KINDS) - LINEAR_SEED % len(KINDS) - 1
+LINEAR = LINEAR_SEED + THIRD_KINDS - LINEAR_SEED % THIRD_KINDS - 1
+EDGE = EDGE_SEED + len(KINDS) - EDGE_SEED % len(KINDS) - 1
 
 
-@pytest.mark.parametrize("seed", [LINEAR, LINEAR + len(KINDS)])
+@pytest.mark.parametrize("seed", [LINEAR, LINEAR + THIRD_KINDS, EDGE, EDGE + len(KINDS)])
 def test_sound_linear_cams_raise_no_alarm(seed: int) -> None:
     assert furnished(seed)["cam"]["kind"] == "linear"
     assert run_sound(seed).outcome == "quiet"
