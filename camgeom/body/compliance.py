@@ -37,7 +37,7 @@ from camgeom.body.rib import RibSection
 from camgeom.body.ring import RingMesh, Section, even_planes, ring_of
 from camgeom.body.section import Fineness, GroovedSection
 from camgeom.body.solver import elastic
-from camgeom.body.sparse_solver import SparseElastic
+from camgeom.body.sparse_solver import AT_ONCE, SparseElastic
 from camgeom.body.tetra import NEEDS, PointLoad, TetraMesh, filled
 from camgeom.body.volume import NO_LOAD, unfilled
 from camgeom.errors import DesignError
@@ -164,10 +164,16 @@ class _Tetra:
         """As `_Ring.works`."""
         mesh, cam = self.mesh, self.own.material
         solver = SparseElastic(mesh, elasticity(cam.elastic_modulus, cam.poisson))
-        found = []
-        for case in cases:
-            loads = np.stack([mesh.spread(load.points, load.forces) for load in case], axis=2)
-            found.append(_each(mesh, "tetra10", solver.solve(loads, TOLERANCE), case, self.own))
+        found, left = list[Floats](), list(cases)
+        while left:
+            # As many cases as are solved together.
+            count = max(1, int(np.searchsorted(np.cumsum([len(case) for case in left]), AT_ONCE, "right")))
+            some, left = left[:count], left[count:]
+            loads = [mesh.spread(load.points, load.forces) for case in some for load in case]
+            moved = solver.solve(np.stack(loads, axis=2), TOLERANCE) if loads else np.zeros((0, 3, 0))
+            ends = np.cumsum([len(case) for case in some])
+            found += [_each(mesh, "tetra10", each, case, self.own)
+                      for each, case in zip(np.split(moved, ends[:-1], axis=2), some)]  # fmt: skip
         return found
 
 

@@ -25,6 +25,8 @@ Index = npt.NDArray[np.int64]
 CHUNK = 2048
 """elements whose stiffness is made together"""
 STEPS = 2000
+AT_ONCE = 8
+"""loads solved together: what a matrix is read for once"""
 
 
 class Cells(Protocol):
@@ -110,28 +112,38 @@ class SparseElastic:
 
         tolerance  force that is left over, a share of the load's. Raises NotConverged where it is not reached.
         """
-        inner, prolong, factors = self._system
-        diagonal = 1.0 / inner.diagonal()
         found = np.zeros((len(self._free), loads.shape[2]))
-
-        def nearly(rest: Floats) -> Floats:
-            return np.asarray(diagonal * rest + prolong @ factors.solve(prolong.T @ rest))
-
-        for k in range(loads.shape[2]):
-            rest = loads[:, :, k].ravel()[self._free]
-            x, least = np.zeros_like(rest), tolerance * float(np.sqrt(rest @ rest))
-            way = better = nearly(rest)
-            energy = float(rest @ better)
-            for _ in range(STEPS):
-                if float(np.sqrt(rest @ rest)) <= least:
-                    break
-                force = inner @ way
-                step = energy / float(way @ force)
-                x, rest = x + step * way, rest - step * force
-                better = nearly(rest)
-                before, energy = energy, float(rest @ better)
-                way = better + (energy / before) * way
-            else:
-                raise NotConverged("the deflection of the cam's body did not settle: its elements are too flat")
-            found[self._free, k] = x
+        rest = loads.reshape(-1, loads.shape[2])[self._free]
+        for first in range(0, loads.shape[2], AT_ONCE):
+            found[self._free, first : first + AT_ONCE] = self._solved(rest[:, first : first + AT_ONCE], tolerance)
         return found.reshape(-1, 3, loads.shape[2])
+
+    def _solved(self, rest: Floats, tolerance: float) -> Floats:
+        """The same (n, k) of what moves under forces (n, k): every load has steps of its own, all of them together."""
+        inner, prolong, factors = self._system
+        diagonal = 1.0 / inner.diagonal()[:, None]
+        found, column = np.zeros_like(rest), np.arange(rest.shape[1])
+        x, least = np.zeros_like(rest), tolerance * tolerance * _dots(rest, rest)
+        way, before = np.zeros_like(rest), np.ones(rest.shape[1])
+        for _ in range(STEPS + 1):
+            done = _dots(rest, rest) <= least
+            if done.any():
+                found[:, column[done]] = x[:, done]
+                x, rest, way = (np.ascontiguousarray(one[:, ~done]) for one in (x, rest, way))
+                least, before, column = least[~done], before[~done], column[~done]
+                if not len(column):
+                    return found
+            better = diagonal * rest + prolong @ factors.solve(prolong.T @ rest)
+            energy = _dots(rest, better)
+            way *= energy / before
+            way += better
+            force, before = inner @ way, energy
+            step = energy / _dots(way, force)
+            x += step * way
+            rest = rest - step * force
+        raise NotConverged("the deflection of the cam's body did not settle: its elements are too flat")
+
+
+def _dots(one: Floats, other: Floats) -> Floats:
+    """Products (k,) of columns (n, k)."""
+    return np.asarray(np.einsum("nk,nk->k", one, other))
