@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import BaseModel
 
-from camgeom.errors import Problem
+from camgeom.errors import DesignError, Problem
 from camgeom.track.follower import AnyRoller, CrownedRoller, FrameFollower, Setup, TurretFollower
 
 if TYPE_CHECKING:
@@ -100,7 +100,10 @@ def idle_way(profile: Profile) -> list[Problem]:
     if cutter is None or cutter.milling == "climb":
         return []
     alone = (profile, *(track.whole for track in profile.tracks))
-    reasons = [cutter.one_way(one.cam.mechanism(one.setup())) for one in alone]
+    try:
+        reasons = [cutter.one_way(one.cam.mechanism(one.setup())) for one in alone]
+    except DesignError:
+        return []  # Of flanks that cannot be made nothing is known; whoever asks for them is told.
     return [Problem("cutter.milling", MESSAGE, cutter.milling, "", reasons[0])] if all(reasons) else []
 
 

@@ -10,7 +10,8 @@ import pytest
 
 from camgeom.cams import kinds, starter
 from camgeom.checks import judge
-from camgeom.errors import ProfileError
+from camgeom.errors import DesignError, ProfileError
+from camgeom.model import Model
 from camgeom.profile import from_data, parse, read
 from tests.places import PROFILES
 from tests.profile.cases import CASES, frozen, made, put
@@ -256,3 +257,13 @@ def test_a_refusal_of_tracks_names_its_file(kind: str, tables: str, told: str) -
     text = (PROFILES / f"{kind}.toml").read_text() + tables
     with pytest.raises(ProfileError, match=f"^my.toml: {told}"):
         parse(text, "my.toml")
+
+
+def test_of_flanks_that_cannot_be_made_the_way_round_is_not_asked() -> None:
+    """Plates whose motion jumps have no walls: their profile is read, and whoever asks for the walls is told."""
+    text = (PROFILES / "parallel_index.toml").read_text(encoding="utf-8")
+    cutter = '[cutter]\nkind = "flat"\ndiameter = 6\nmilling = "conventional"\n'
+    assert parse(text + cutter).cutter_spec is not None
+    jumping = parse(text.replace("modified-sine", "constant-velocity") + cutter)
+    with pytest.raises(DesignError, match="velocity jumps"):
+        _ = Model(jumping).solids
