@@ -33,8 +33,9 @@ def life(name: str, remedy: str, model: Model) -> Iterable[Finding | NotJudged]:
     keys = dict.fromkeys(duty.squared[0] for duty in every if duty.squared is not None)
     for word in judged_lives(name, model, model.lives, remedy, lost=no_stress(every)):
         if keys and isinstance(word, Finding) and not word.passed:
-            hours = model.square_lives[word.where]
-            if hours >= (model.profile.limits.life_h or 0.0):
+            # Of rollers that stand square, but bear with a nearly sharp end, no life is known.
+            hours = model.square_lives.get(word.where)
+            if hours is not None and hours >= (model.profile.limits.life_h or 0.0):
                 yield replace(word, advice=f"a smaller {' or '.join(keys)}: without it the life is {life_told(hours)}")
                 continue
         yield word

@@ -153,6 +153,17 @@ def test_advice_names_the_tilt_where_it_is_the_cause(
     assert [one.advice.startswith(words) for one in found] == [tilt] * 3
 
 
+def test_where_square_rollers_have_no_life_their_tilt_is_not_blamed(
+    tilted_return: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Under the little that is left without tilt the pressure at a nearly sharp end may not be known."""
+    model = read(f"{tilted_return}[limits]\nlife_h = 12000\n")
+    monkeypatch.setattr(Model, "square_lives", {})
+    found = judge(model, ["life"]).findings
+    assert [one.level for one in found] == ["fail"] * 2
+    assert not any("without it" in one.advice for one in found)
+
+
 def test_advice_about_tilt_solves_one_contact_and_no_turn(tilted_return: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Square the hardest contact presses with nearly what the hardest of a turn of square rollers presses with."""
     duty = next(one for one in read(tilted_return).carriers if one.squared is not None)
