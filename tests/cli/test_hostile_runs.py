@@ -73,7 +73,11 @@ def test_stopped_runs_leave_whole_files(tmp_path: Path, how: signal.Signals) -> 
         assert how != signal.SIGINT or left == names
 
 
-BEFORE = "import os, signal, sys; sys.argv = ['camgeom', '--version']; from camgeom import __main__ as entry; "
+BEFORE = (
+    "import os, signal, sys; sys.argv = ['camgeom', '--version']; from camgeom import __main__ as entry; "
+    # A shell's background job inherits that interrupts are ignored.
+    "signal.signal(signal.SIGINT, signal.default_int_handler); "
+)
 INTERRUPTED = "os.kill(os.getpid(), signal.SIGINT)"
 
 
