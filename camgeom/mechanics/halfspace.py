@@ -5,8 +5,8 @@ Units mm, N, MPa; x across, y along; compliance (1 - nu1²)/E1 + (1 - nu2²)/E2,
 Deflection: that of a rectangle under constant pressure, Love's closed form (A. E. H. Love, 1929; K. L. Johnson, Contact
 Mechanics, 1985, equation 3.25). Summed over even cells by FFT on a doubled grid, over strips of unequal length by FFT
 across them and a matrix along. Pressure p >= 0, gap >= 0, p gap = 0 under a given load: the constrained conjugate
-gradients of Polonsky and Keer (doi 10.1016/S0043-1648(99)00113-1), with areas as weights, on even cells preconditioned
-by the spectrum of the surface.
+gradients of Polonsky and Keer (doi 10.1016/S0043-1648(99)00113-1), with areas as weights, preconditioned by the
+spectrum of the surface.
 """
 
 from __future__ import annotations
@@ -26,16 +26,18 @@ TOLERANCE = 1e-7
 STEPS = 2000
 SMOOTHED = 60
 """steps after which contacts whose cells keep coming and going are solved without the surface's spectrum"""
+TINY = 1e-290
+"""mm, in the place of 0 where its logarithm is taken 0 times"""
 NOWHERE = 1e6
 """mm, the gap where there is no body"""
 
 
-def corner(u: Floats, v: Floats) -> Floats:
+def corner(u: Floats | float, v: Floats) -> Floats:
     """u asinh(v / |u|) + v asinh(u / |v|), mm: Love's integral of 1/r from a corner; 0 on the axes' crossing."""
-    r, w = np.abs(u), np.abs(v)
-    first = np.arcsinh(np.divide(v, r, out=np.zeros(np.broadcast(u, v).shape), where=r > 0.0))
-    second = np.arcsinh(np.divide(u, w, out=np.zeros(np.broadcast(u, v).shape), where=w > 0.0))
-    return np.asarray(u * first + v * second)
+    r, w = np.maximum(np.abs(u), TINY), np.maximum(np.abs(v), TINY)
+    far = np.sqrt(u * u + v * v)
+    # As logarithms, of which numpy takes several at once.
+    return np.asarray(np.copysign(r * np.log((w + far) / r) + w * np.log((r + far) / w), u * v))
 
 
 class Influence(Protocol):
@@ -100,22 +102,33 @@ class Strips:
     ) -> None:
         """mirrors: places of planes, mm, whose images of the strips press with a share too."""
         from scipy import fft
+        from scipy.linalg import eigh_tridiagonal
 
-        self.nx, self.stiff = nx, 1.0
+        self.nx = nx
         middles, lengths = 0.5 * (edges[1:] + edges[:-1]), np.diff(edges)
-        each = self._strips(nx, dx, middles, edges)
-        for plane in mirrors:
-            each += share * self._strips(nx, dx, middles, 2.0 * plane - edges)
-        each *= lengths[:, None]
-        each = 0.5 * (each + np.swapaxes(each, 1, 2)) / lengths[:, None]
-        self.spectrum = compliance / pi * fft.dct(each, type=1, axis=0)
-
-    @staticmethod
-    def _strips(nx: int, dx: float, middles: Floats, edges: Floats) -> Floats:
-        """Influence over compliance and 1/pi, (nx + 1, i, j), of strip j on the middle of i."""
-        x = np.asarray((np.arange(nx + 2) - 0.5) * dx)
-        each = np.diff(corner(x[:, None, None], edges[None, None, :] - middles[None, :, None]), axis=2)
-        return np.asarray(np.abs(np.diff(each, axis=0)))
+        away = edges - middles[:, None]
+        images = [2.0 * plane - edges - middles[:, None] for plane in mirrors]
+        each = np.empty((nx + 1, len(lengths), len(lengths)))
+        before = np.zeros(1)
+        for i, x in enumerate((dx * (np.arange(nx + 2) - 0.5)).tolist()):  # by rows, which stay in the cache
+            now = np.diff(corner(x, away), axis=1)
+            for image in images:
+                now -= share * np.diff(corner(x, image), axis=1)
+            if i:
+                both = (now - before) * lengths[:, None]
+                each[i - 1] = 0.5 * (both + both.T) / lengths[:, None]
+            before = now
+        cosines = compliance / pi * fft.dct(np.eye(nx + 1), type=1, axis=0)
+        self.spectrum = (cosines @ each.reshape(nx + 1, -1)).reshape(each.shape)
+        # Waves along: those of the second differences between strips, orthogonal by the strips' lengths.
+        joint = 1.0 / np.diff(middles)
+        ends = np.concatenate([[0.0], joint]) + np.concatenate([joint, [0.0]])
+        square, shape = eigh_tridiagonal(ends / lengths, -joint / np.sqrt(lengths[1:] * lengths[:-1]))
+        waves = np.sqrt(np.square(pi / (nx * dx) * np.arange(nx))[:, None] + np.maximum(square, 0.0))
+        waves[0, 0] = 0.5 * min(waves[1, 0], waves[0, 1])
+        self.waves = waves / (2.0 * compliance)
+        self.stiff = float(self.waves.mean())
+        self.into, self.back = np.sqrt(lengths)[:, None] * shape, shape.T / np.sqrt(lengths)
 
     def __call__(self, pressure: Floats) -> Floats:
         from scipy import fft
@@ -127,8 +140,11 @@ class Strips:
 
 
     def nearly(self, deflection: Floats) -> Floats:
-        """As it is: waves along strips of unequal length are none."""
-        return deflection
+        """From its waves, as if the window were all of the surface."""
+        from scipy import fft
+
+        rows = fft.dct(deflection, type=2, axis=0) @ self.into
+        return np.asarray(fft.idct((self.waves * rows) @ self.back, type=2, axis=0))
 
 
 @final

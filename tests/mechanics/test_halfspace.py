@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import inf, pi
+from typing import final
 
 import numpy as np
 import pytest
@@ -96,6 +97,33 @@ def test_strips_of_one_length_are_even_cells() -> None:
     edges = np.linspace(-1.8, 1.8, 13)
     even, strips = Even(16, 12, 0.1, 0.3, PAIR), Strips(16, 0.1, edges, PAIR)
     assert np.abs(even(p) - strips(p)).max() < 1e-13 * np.abs(even(p)).max()
+
+
+@final
+class Plain:
+    """Strips without their waves: what the gradients find where nothing leads them."""
+
+    stiff = 1.0
+
+    def __init__(self, strips: Strips) -> None:
+        self.strips = strips
+
+    def __call__(self, pressure: Floats) -> Floats:
+        return self.strips(pressure)
+
+    def nearly(self, deflection: Floats) -> Floats:
+        return deflection
+
+
+def test_waves_along_strips_lead_to_the_same_pressure_in_a_third_of_the_steps() -> None:
+    patch = press(Bodies(0.1, Profile(-6.0, 6.0, end_radius=0.1), PAIR, 3e-4), 500.0, strips=128)
+    edges = np.concatenate([[0.0], np.cumsum(patch.along)]) + patch.y[0] - 0.5 * patch.along[0]
+    strips = Strips(len(patch.x), patch.width, edges, PAIR)
+    gap, area = patch.bodies.gap(patch.x, patch.y), patch.width * patch.along[None, :]
+    led, plain = (pressed(gap, how, area, 500.0, tolerance=1e-10) for how in (strips, Plain(strips)))
+    assert np.abs(led.pressure - plain.pressure).max() < 1e-6 * plain.pressure.max()
+    assert led.approach == pytest.approx(plain.approach, rel=1e-9)
+    assert 3 * led.steps < plain.steps
 
 
 def test_a_sharp_end_that_bears_has_no_peak() -> None:
