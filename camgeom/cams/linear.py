@@ -31,7 +31,9 @@ from camgeom.track.follower import Mass, Setup, SwingingFollower, TranslatingFol
 from camgeom.track.outline import Outline, PolygonOutline
 from camgeom.track.pocket import PocketOutline
 
-NO_SOLVER = "a linear cam's drive is no shaft that turns evenly with it: vibration and impacts are not solved so far"
+NO_IMPACT = "impacts in the groove of a plate that turns round are not solved so far"
+NO_SHAFT = "the drive of a linear cam moves its plate too, of which nothing is in it: vibration takes it as rigid"
+ONE_WAY = "a plate runs out and back over one flank, and a corrected motion needs two"
 REACH_SAMPLES = 721
 NO_FILM = "where the plate turns round nothing draws oil in: a film is known of surfaces that go on alone"
 
@@ -131,10 +133,12 @@ class Linear(Cam):
             found |= idle("only form = 'groove' has one; form = 'edge' ends at the edge it has", *keys)
             held = "what a spring or weight holds on its cam has no play"
             found |= NO_GAPS | idle(held, "follower.clearance", "limits.play_mm")
-        found |= idle(NO_SOLVER, "dynamics", "impact")
+        found |= idle(NO_IMPACT, "impact") | idle(ONE_WAY, "dynamics.polydyne")
+        found |= idle(NO_SHAFT, *(f"dynamics.shaft_{key}" for key in ("inertia", "stiffness", "damping")))
         found |= idle(NO_FILM, "lubricant.pressure_viscosity", "limits.film_ratio", "limits.warn_film_ratio")
         found |= idle(NO_FILM, "material.cam.roughness_um", "material.roller.roughness_um")
-        found |= idle("a linear cam's body is not meshed for a load", "output.load_angle_deg")
+        unmeshed = "a linear cam's body is not meshed for a load"
+        found |= idle(unmeshed, "output.load_angle_deg", "dynamics.body_compliance")
         reason = "the shaft of a linear cam's drive moves the plate too, of which nothing is in it: give limits."
         return found | idle(f"{reason}drive_force_n and cam.moving_mass", "limits.torque_n_m")
 

@@ -12,6 +12,7 @@ from camgeom.checks.verdict import NO_GAP, Finding, NotJudged, judged
 
 if TYPE_CHECKING:
     from camgeom.maths.extremum import Extreme
+    from camgeom.mechanics.slide_drive import SlideDrive
     from camgeom.model import Model
     from camgeom.model.output import Output
 
@@ -59,23 +60,44 @@ def torque(model: Model) -> Iterable[Finding | NotJudged]:
 @check("drive-force", "operation")
 def drive_force(model: Model) -> Iterable[Finding | NotJudged]:
     """Largest force that the drive of a cam that slides gives along its travel, for follower, plate and slide."""
-    limit, drives = model.profile.limits.drive_force_n, [one.slide_drive for one in model.states]
-    drive = max((one for one in drives if one is not None), key=lambda one: one.peak.value, default=None)
-    if drive is None:
-        return
+    drives = [drive for one in model.states if (drive := one.slide_drive) is not None]
+    if drives:
+        yield _slid("drive-force", model, max(drives, key=lambda one: one.peak.value))
+
+
+@solved("dynamic-drive-force", "dynamics")
+def dynamic_drive_force(model: Model) -> Iterable[Finding | NotJudged]:
+    """The same with the follower's vibration; plate and drive are rigid."""
+    if model.dynamic_slide_drive is not None:
+        yield _slid("dynamic-drive-force", model, model.dynamic_slide_drive)
+    elif model.mechanism.carriage is not None:
+        yield NotJudged("dynamic-drive-force", LIFTED)
+
+
+@solved("start-drive-force", "dynamics", turn="start")
+def start_drive_force(model: Model) -> Iterable[Finding | NotJudged]:
+    """The same in the first turn from rest."""
+    if model.start_slide_drive is not None:
+        yield _slid("start-drive-force", model, model.start_slide_drive)
+
+
+def _slid(name: str, model: Model, drive: SlideDrive) -> Finding | NotJudged:
+    """The force of a drive against the limit."""
+    limit = model.profile.limits.drive_force_n
     if limit is None or drive.mass is None:
         missing = "limits.drive_force_n" if limit is None else "cam.moving_mass"
         told = f"the follower takes {drive.peak_groove.value:.4g} N along the travel"
         if drive.mass is not None:
             told = f"follower, plate and slide take {drive.peak.value:.4g} N"
-        yield NotJudged("drive-force", f"give {missing}: {told}")
-        return
-    yield judged("drive-force", drive.peak.value, "<=", limit, "N", FORCE, cam_angle=drive.peak.cam_angle)
+        return NotJudged(name, f"give {missing}: {told}")
+    return judged(name, drive.peak.value, "<=", limit, "N", FORCE, cam_angle=drive.peak.cam_angle)
 
 
 @solved("dynamic-torque", "dynamics", "shaft")
 def dynamic_torque(model: Model) -> Iterable[Finding | NotJudged]:
-    """The same with vibration: at the cam, and in its shaft where that is elastic; without a limit it is told."""
+    """Torque with vibration: at the cam, and in its shaft where that is elastic; without a limit it is told."""
+    if model.mechanism.carriage is not None:
+        return
     peaks = [one.dynamic_torque for one in model.at_once]
     if model.profile.limits.torque_n_m is None:
         peak, start = (peaks[0], model.start_torque) if len(peaks) == 1 else (None, None)

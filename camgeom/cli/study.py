@@ -46,6 +46,7 @@ FIGURES = (
     "dynamics.duty.peak_pressure_mpa",
     "dynamics.duty.roller_life_h",
     "dynamics.camshaft_torque_n_m",
+    "dynamics.duty.peak_drive_force_n",
     "dynamics.output_torque_n_m",
     "dynamics.start_duty.peak_pressure_mpa",
     "dynamics.impact.worst_pressure_mpa",

@@ -59,6 +59,7 @@ PLOTTED = (
     ("dynamics.residual_deviation_deg", "Deviation left in the dwell", "°"),
     ("dynamics.duty.peak_pressure_mpa", "Contact pressure with vibration", "MPa"),
     ("dynamics.camshaft_torque_n_m", "Camshaft torque with vibration", "N m"),
+    ("dynamics.duty.peak_drive_force_n", "Force of the drive with vibration", "N"),
     ("dynamics.impact.over_turns.peak_acceleration_rad_s2.mean", "Peak acceleration with impacts", "rad/s²"),
     ("dynamics.impact.over_turns.peak_acceleration_m_s2.mean", "Peak acceleration with impacts", "m/s²"),
     ("dynamics.impact.over_turns.peak_force_main_n.mean", "Peak force of the main contact, with impacts", "N"),

@@ -117,6 +117,8 @@ def _vibration(model: Model, theta: Floats) -> Iterator[tuple[str, Floats]]:
         yield from _outputs("from_rest", model.indexing.start, theta, rotating=True)
     if model.elastic_follower is not None:
         yield from _outputs("periodic", model.elastic_follower.steady, theta, model.profile.rotating)
+    if (drive := model.dynamic_slide_drive) is not None and drive.mass is not None:
+        yield "periodic.drive_force_n", drive.duty.force.panels.at(drive.force, theta)
 
 
 SUFFIX = {

@@ -668,17 +668,19 @@ class Model(Sealed):
 
     @fact
     def dynamic_torque(self) -> Extreme | None:
-        """Largest torque of the camshaft, N mm, under that force; None where there is none."""
+        """Largest torque of the camshaft, N mm, under that force; None where there is none, or no shaft."""
         from camgeom.model.vibration import dynamic_torque_of
 
-        return dynamic_torque_of(self, self.dynamic_duties, "steady") if self.dynamic_duties else None
+        turns = self.dynamic_duties and self.mechanism.carriage is None
+        return dynamic_torque_of(self, self.dynamic_duties, "steady") if turns else None
 
     @fact
     def start_torque(self) -> Extreme | None:
         """The same in the first turn from rest."""
         from camgeom.model.vibration import dynamic_torque_of
 
-        return dynamic_torque_of(self, self.start_duties, "start") if self.start_duties else None
+        turns = self.start_duties and self.mechanism.carriage is None
+        return dynamic_torque_of(self, self.start_duties, "start") if turns else None
 
     @fact
     def output_torque(self) -> Extreme | None:
@@ -839,12 +841,28 @@ class Model(Sealed):
     def slide_drive(self) -> SlideDrive | None:
         """What the drive of a cam that slides gives along its travel; None of cams that turn, without an [operation].
         """
+        return self._slide_drive(self.duties)
+
+    @fact
+    def dynamic_slide_drive(self) -> SlideDrive | None:
+        """The same under the force that [dynamics] finds; None where there is none."""
+        return self._slide_drive(self.dynamic_duties)
+
+    @fact
+    def start_slide_drive(self) -> SlideDrive | None:
+        """The same in the first turn from rest."""
+        return self._slide_drive(self.start_duties)
+
+    def _slide_drive(self, duties: tuple[Duty, ...]) -> SlideDrive | None:
         carriage = self.mechanism.carriage
-        if carriage is None or not self.duties:
+        if carriage is None or not duties:
             return None
+        from camgeom.mechanics.roller_duty import RollerDuty
         from camgeom.mechanics.slide_drive import SlideDrive
 
-        return SlideDrive(self.duty, carriage, self.mechanism.moving_mass)
+        (duty,) = duties
+        assert isinstance(duty, RollerDuty), "one roller runs on a plate"
+        return SlideDrive(duty, carriage, self.mechanism.moving_mass)
 
     @fact
     def duty(self) -> RollerDuty:

@@ -239,7 +239,8 @@ def elastic_follower_of(
     speed, wanted = profile.operation.speed, Broken(motion, against.edges) if against.jumps else motion
 
     def study(spec: DynamicsSpec) -> FollowerStudy:
-        return follower_study(spec, wanted, speed, load.rotating, closure, si.mass, si.rate, si.preload, acting)
+        return follower_study(spec, wanted, speed, load.rotating, closure, si.mass, si.rate, si.preload, acting,
+                              mechanism.carriage is not None)  # fmt: skip
 
     if below is None:
         return study(spec)

@@ -526,6 +526,8 @@ FIRST_KINDS = 20
 """kinds of the seeds below"""
 LINEAR_SEED, SECOND_KINDS = 60_000, 24
 """linear cams come from here on; kinds of the seeds below"""
+SLID = 80_000
+"""linear cams vibrate from here on"""
 EDGE_SEED, THIRD_KINDS = 70_000, 25
 """edges of plates come from here on; kinds of the seeds below"""
 
@@ -594,7 +596,7 @@ def furnished(seed: int) -> Data:
             data["material"][body]["case_depth_mm"] = dice.between(4.0, 6.0)
     if data["operation"].get("spring_preload") is None and dice.chance(0.6):
         limits["play_mm"] = dice.between(0.25, 0.4)
-    if dice.chance(0.33) and not linear:
+    if dice.chance(0.33) and (not linear or seed >= SLID):
         data["dynamics"] = stiff(data, dice)
     if not limits:
         del data["limits"]
@@ -604,7 +606,9 @@ def furnished(seed: int) -> Data:
 def stiff(data: Data, dice: Dice) -> Data:
     """[dynamics] whose lowest mode swings 30 to 40 times within the shortest move, damped by a fifth to a third."""
     omega, follower = data["operation"]["speed"] * pi / 30.0, data["follower"]
-    shortest = min(angle for angle, _, _ in moves(data)) / omega
+    # A plate is quickest at half its stroke per radian of the crank.
+    per = 0.5 * data["cam"]["stroke"] if data["cam"]["kind"] == "linear" else 1.0
+    shortest = min(angle for angle, _, _ in moves(data)) / (per * omega)
     rate, damped = 2.0 * pi * dice.between(30.0, 40.0) / shortest, 2.0 * dice.between(0.2, 0.33)
     if follower["kind"] != "turret":
         # kg m2 and N m/rad of an arm; of a slide kg, N/mm and N s/m

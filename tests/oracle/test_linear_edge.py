@@ -228,7 +228,6 @@ def test_a_tool_too_large_for_the_hollow_is_refused() -> None:
     ({"limits": "clearance_mm = 0.1"}, "limits.clearance_mm", "touches its own cam"),
     ({"more": "[tolerance]\nrunning_clearance = 0.01"}, "tolerance.running_clearance", "has none"),
     ({"more": "[tolerance]\nside_shift = 0.01\nbacklash_limit = 20"}, "tolerance.backlash_limit", ""),
-    ({"more": '[dynamics]\nkind = "follower"\nlinkage_stiffness = 100'}, "dynamics", "not solved so far"),
     ({"more": "[impact]\nrestitution = 0.5"}, "impact", ""),
     ({"more": '[cutter]\nkind = "flat"\ndiameter = 10\nstart_angle = 20'}, "cutter.start_angle", "none on a plate"),
 ])  # fmt: skip

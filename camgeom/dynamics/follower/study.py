@@ -156,7 +156,7 @@ class FollowerStudy(Settles):
             f"peak_contact_force_{force}": float(contact.magnitude[0]),
             f"least_contact_force_{force}": float(contact.minimum[0]),
             "least_contact_force_cam_angle_deg": degrees(float(contact.minimum_at[0])),
-            "peak_cam_torque_n_m": float(steady.peak("cam_torque").magnitude[0]),
+            **({} if self.train.slides else {"peak_cam_torque_n_m": float(steady.peak("cam_torque").magnitude[0])}),
             "spectral_radius": float(steady.solution.spectral_radius[0]),
             **steady.certainty(),
         }
@@ -203,13 +203,14 @@ def follower_study(
     return_stiffness: float = 0.0,
     preload: float = 0.0,
     load: Load | None = None,
+    slides: bool = False,
 ) -> FollowerStudy:
     """The study a profile's [dynamics] table asks for, at the cam speed in r/min.
 
     mass (kg or kg m2), return_stiffness (N/m or N m/rad) and preload (N or N m) serve where the table gives none;
-    lifts are mm, or rad for a rotating follower.
+    lifts are mm, or rad for a rotating follower. slides: whether the cam does, on a drive of that many turns.
     """
-    train = spec.train(rotating, closure, mass, return_stiffness, preload)
+    train = replace(spec.train(rotating, closure, mass, return_stiffness, preload), slides=slides)
     scale = 1.0 if rotating else 1e-3
     speed, accuracy = speed_rpm * RPM, spec.accuracy()
     if "settling_band" in spec.model_fields_set:

@@ -40,7 +40,7 @@ OUTPUTS: Mapping[str, str] = MappingProxyType(
         "acceleration": "m/s2 of the follower mass",
         "contact_force": "N between cam and follower along the motion, positive when it presses",
         "linkage_force": "N in the linkage, positive when it pushes the follower mass up",
-        "cam_torque": "N m on the cam, contact force times ds/dtheta",
+        "cam_torque": "N m on the cam, contact force times ds/dtheta; none of a cam that slides",
         "windup": "rad, cam from its nominal angle",
         "shaft_torque": "N m in the cam shaft, positive when it drives the cam",
     }
@@ -56,7 +56,7 @@ class FollowerTrain:
     """Moving masses (kg), linkage, contact and return spring (N/m), their dampings (N s/m), preload (N) at zero lift.
 
     mass is the mass at the far end of the linkage, tappet_mass that at the cam; contact_stiffness 0 means a rigid
-    contact.
+    contact. slides: whether the cam does, so that no shaft turns with it.
     """
 
     mass: float
@@ -69,12 +69,13 @@ class FollowerTrain:
     contact_stiffness: float = 0.0
     contact_damping: float = 0.0
     closure: Closure = "force"
+    slides: bool = False
 
     def __post_init__(self) -> None:
         problems = []
         for item in fields(self):
             value = getattr(self, item.name)
-            if isinstance(value, str):
+            if isinstance(value, str | bool):
                 continue
             if not np.isfinite(value) or value < 0.0:
                 problems.append(Problem(f"dynamics.{item.name}", "must be finite and not negative", value, ">= 0"))
@@ -165,10 +166,9 @@ class FollowerSystem:
 
     @property
     def outputs(self) -> Mapping[str, str]:
-        """`OUTPUTS`; without an elastic shaft those of the shaft are missing."""
-        if self.shaft is not None:
-            return OUTPUTS
-        return {name: meaning for name, meaning in OUTPUTS.items() if name not in TURNING}
+        """`OUTPUTS`; without an elastic shaft those of the shaft are missing, of a cam that slides its torque too."""
+        missing = (() if self.shaft is not None else TURNING) + (("cam_torque",) if self.train.slides else ())
+        return {name: meaning for name, meaning in OUTPUTS.items() if name not in missing}
 
     @property
     def judged(self) -> str:

@@ -50,6 +50,11 @@ def dynamic_duty_data(model: Model) -> dict[str, Any]:
     figures: dict[str, Any] = {"duty": duty_figures(solved), "rigid_duty": duty_figures(model.carriers)}
     if start:
         figures["start_duty"] = duty_figures(start, lives=False)
+    for name, drive in (("duty", model.dynamic_slide_drive), ("rigid_duty", model.slide_drive),
+                        ("start_duty", model.start_slide_drive)):  # fmt: skip
+        if drive is not None:
+            del figures[name]["peak_torque_n_m"]
+            figures[name] |= drive.data()
     for name, peak in (("camshaft", model.dynamic_torque), ("start_camshaft", model.start_torque),
                        ("output", model.output_torque)):  # fmt: skip
         if peak is not None:

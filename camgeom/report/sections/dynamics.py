@@ -79,6 +79,8 @@ def dynamics(model: Model) -> tuple[Block, ...]:
 CARRIED = (
     ("Peak contact force", "peak_force_n", "N"),
     ("Peak torque at the cam", "peak_torque_n_m", "N m"),
+    ("Peak force along the travel", "peak_travel_force_n", "N"),
+    ("Peak force of the drive, plate and slide too", "peak_drive_force_n", "N"),
     ("Peak contact pressure", "peak_pressure_mpa", "MPa"),
     ("Static safety of the bearing", "bearing_static_safety", "1"),
     *((f"Life of the {body}", f"{body}_life_h", "h") for body in ("roller", "face", "cam", "bearing")),
@@ -143,11 +145,12 @@ def over_turn(study: FollowerStudy, program: Program, rotating: bool) -> Chart:
             marks=(_peak(study, "acceleration"),),
         ),
     ]
-    rows = (
+    rows: list[tuple[str, Axis, float, tuple[Mark, ...]]] = [
         ("deviation", Axis("Deviation", play), factor, ()),
         ("contact_force", Axis("Contact force", force, zero=True), 1.0, _contact(study)),
-        ("cam_torque", Axis("Cam torque", "N m", zero=True), 1.0, (_peak(study, "cam_torque"),)),
-    )
+    ]
+    if not study.train.slides:
+        rows.append(("cam_torque", Axis("Cam torque", "N m", zero=True), 1.0, (_peak(study, "cam_torque"),)))
     for name, axis, scale, marks in rows:
         panels.append(Panel(axis, (Series(axis.label, angle, scale * steady.at(theta, name)[0]),), marks=marks))
     caption = f"Periodic response of the elastic follower at {number(study.speed * RAD)} r/min, contact held"
@@ -298,8 +301,9 @@ def figures(study: FollowerStudy, rotating: bool) -> Table:
         ("Peak deviation", factor * float(steady.peak("deviation").magnitude[0]), play),
         ("Largest contact force", float(contact.maximum[0]), force),
         ("Least contact force", float(contact.minimum[0]), force),
-        ("Peak cam torque", float(steady.peak("cam_torque").magnitude[0]), "N m"),
     ]
+    if not study.train.slides:
+        rows.append(("Peak cam torque", float(steady.peak("cam_torque").magnitude[0]), "N m"))
     if study.jump is not None:
         rows.append(("Contact kept", not bool(study.jump.lost[0]), ""))
         rows.append(("Preload that just keeps contact", float(study.jump.required_preload[0]), force))
