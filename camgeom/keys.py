@@ -22,6 +22,8 @@ SignedLength = Annotated[float, Field(ge=-MAX_LENGTH, le=MAX_LENGTH, allow_inf_n
 """A coordinate or offset in mm."""
 Gap = Annotated[float, Field(ge=0.0, le=MAX_LENGTH, allow_inf_nan=False)]
 """A length in mm that may be zero."""
+Clearance = Annotated[float, Field(ge=0.0, le=1000.0, allow_inf_nan=False)]
+"""Of a roller in its groove, mm: a metre is no fit of any machine, and more takes an undercut body minutes."""
 Degrees = Annotated[float, Field(ge=-3.6e6, le=3.6e6, allow_inf_nan=False)]
 """An angle in degrees."""
 Share = Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)]

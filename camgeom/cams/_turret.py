@@ -9,7 +9,7 @@ from pydantic import Field
 
 from camgeom.cams import NO_DRUM, NO_ROOT, ONE_WAY, Cam, idle, keyway_idle, problem, sense_of
 from camgeom.errors import Problem
-from camgeom.keys import Gap
+from camgeom.keys import Clearance, Gap
 from camgeom.motion.program import Program
 from camgeom.solid.blank import Bore
 from camgeom.track import TURN, Meridian, Relief, Straight
@@ -28,7 +28,7 @@ class TurretKeys(Cam):
     )
     hand: Literal["right", "left"] = Field("right", description="right: rollers next to the cam move towards +Z")
     tip_clearance: Gap = Field(0.5, description="mm, from the roller's end to the groove floor")
-    running_clearance: Gap = Field(0.0, description="mm, normal gap between roller and each flank")
+    running_clearance: Clearance = Field(0.0, description="mm, normal gap between roller and each flank")
     relief: Gap = Field(
         0.0, description="mm, by which both flanks stand back at the ends of every dwell, at the pitch radius; 0: none"
     )

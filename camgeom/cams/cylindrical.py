@@ -13,7 +13,7 @@ from camgeom.cams import NO_GAPS, NO_RIB, ONE_WAY, REGULAR, Cam, idle, keyway_id
 from camgeom.cams._axial import arc_problems, axial_idle, heights, mount
 from camgeom.errors import DesignError, Problem
 from camgeom.immutable import immutable
-from camgeom.keys import Gap, Length
+from camgeom.keys import Clearance, Gap, Length
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
@@ -56,7 +56,7 @@ class Cylindrical(Cam):
     keyway_width: Gap = Field(0.0, description="mm; 0 leaves the keyway out")
     keyway_depth: Gap = Field(0.0, description="mm, from the bore wall")
     rib_thickness: Length | None = Field(None, description="mm, rib form: axial thickness of the rib in a dwell")
-    running_clearance: Gap = Field(0.0, description="mm, normal gap between roller and each flank")
+    running_clearance: Clearance = Field(0.0, description="mm, normal gap between roller and each flank")
     root_radius: Gap = Field(
         0.0, description="mm, groove form: of the root between flank and floor, that of the tool's corner where there "
         "is no [cutter] corner_radius"

@@ -44,7 +44,7 @@ from camgeom.cams._plate import (
 )
 from camgeom.errors import DesignError, Problem
 from camgeom.immutable import immutable
-from camgeom.keys import Gap, Length
+from camgeom.keys import Clearance, Gap, Length
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
@@ -83,7 +83,7 @@ class Disc(Cam):
         "tracks on one disc each groove has a face of its own"
     )
     groove_depth: Length | None = Field(None, description="mm, groove form: depth from that face of the plate")
-    running_clearance: Gap = Field(0.0, description="mm, groove form: normal gap between roller and each flank")
+    running_clearance: Clearance = Field(0.0, description="mm, groove form: normal gap between roller and each flank")
     root_radius: Gap = Field(
         0.0, description="mm, groove form: of the root between flanks and floor, that of the tool's corner where there "
         "is no [cutter] corner_radius"

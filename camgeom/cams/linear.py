@@ -14,7 +14,7 @@ from camgeom.cams import NO_DRUM, NO_GAPS, NO_ROOT, PLANE_REST, REGULAR, Cam, id
 from camgeom.cams._plate import disc_wall, least_distance, roller_track, straight_problems
 from camgeom.errors import Problem, ProfileError
 from camgeom.immutable import immutable
-from camgeom.keys import Gap, Length
+from camgeom.keys import Clearance, Length
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.law import LAWS
@@ -67,7 +67,7 @@ class Linear(Cam):
         "goes along the plate as that goes out"
     )
     groove_depth: Length | None = Field(None, description="mm, from the plate's upper face; groove")
-    running_clearance: Gap = Field(0.0, description="mm, normal gap between roller and each flank; groove")
+    running_clearance: Clearance = Field(0.0, description="mm, normal gap between roller and each flank; groove")
     drive: Annotated[str, Field(max_length=60)] = Field(
         "simple-harmonic", description="motion law by which the plate goes out and comes back, see `camgeom laws`; it "
         "has to begin and end at rest: simple-harmonic is a crank with a long rod"

@@ -20,7 +20,7 @@ from camgeom.cams._plate import bore_of, bore_problems, disc_wall, plate_envelop
 from camgeom.cams._turret import bearing_meridian
 from camgeom.errors import DesignError, Problem
 from camgeom.immutable import immutable
-from camgeom.keys import Gap, Length
+from camgeom.keys import Clearance, Gap, Length
 from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Wall
@@ -52,7 +52,7 @@ class ParallelIndex(Cam):
     width: Length = Field(description="mm, thickness of each plate")
     gap: Length = Field(description="mm, between neighbouring plates along the shaft")
     plates: Annotated[int, Field(ge=2, le=4)] = Field(2, description="plates, each with its own ring of rollers")
-    running_clearance: Gap = Field(0.0, description="mm, normal gap between roller and plate")
+    running_clearance: Clearance = Field(0.0, description="mm, normal gap between roller and plate")
     bore: Gap = Field(0.0, description="mm, bore diameter; 0 leaves the plates whole")
     keyway_width: Gap = Field(0.0, description="mm; 0 leaves the keyway out")
     keyway_depth: Gap = Field(0.0, description="mm, from the bore wall")

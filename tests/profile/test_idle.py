@@ -267,3 +267,10 @@ def test_of_flanks_that_cannot_be_made_the_way_round_is_not_asked() -> None:
     jumping = parse(text.replace("modified-sine", "constant-velocity") + cutter)
     with pytest.raises(DesignError, match="velocity jumps"):
         _ = Model(jumping).solids
+
+
+@pytest.mark.parametrize(("gap", "told"), [(1000.0, False), (1001.0, True)])
+def test_a_roller_has_no_more_than_a_metre_of_room_in_its_groove(gap: float, told: bool) -> None:
+    """100 m of it took the body of an undercut drum three minutes."""
+    found = refusals("drum, groove", {"cam.running_clearance": gap})
+    assert ("cam.running_clearance" in found) is told
