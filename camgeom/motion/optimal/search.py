@@ -25,6 +25,8 @@ LITTLE, ENOUGH = 1e-3, 1e-6
 SILENT = 1e-6
 """share of the lift up to which a residual is none to seek less than"""
 ROUNDS = 50
+PATIENT = 15
+"""rounds after which breaks need find no rest where next to no residual is left"""
 PASSES = 2
 SLIGHT = 1e-8
 """relative; a gain that no further programme is solved for"""
@@ -177,9 +179,11 @@ def _settled(task: Task, shape: Shape, value: float, cuts: Cuts, purse: Purse) -
     # Of a residual alone the tangents are many, and its breaks creep.
     sought = task.residual.slope > 0.0 and not task.velocity.asked
     added: list[int] = []
-    for _ in range(ROUNDS):
+    for turn in range(ROUNDS):
         programme = Programme(task, shape, cuts, value, reach, stiff, stalled)
         trial, stalled = programme.solve(purse), programme.stalled
+        if sought and turn >= PATIENT and value <= SILENT:
+            break
         if trial is None:
             reach *= 0.5
             continue
