@@ -81,7 +81,6 @@ class Even:
         back = fft.ifft(rows, axis=0, overwrite_x=True)[:nx]
         return np.asarray(fft.irfft(back, 2 * ny, axis=1)[:, :ny])
 
-
     def nearly(self, deflection: Floats) -> Floats:
         """From its waves, as if the window were all of the surface."""
         from scipy import fft
@@ -137,7 +136,6 @@ class Strips:
         parts = np.matmul(self.spectrum, rows.view(np.float64).reshape(*rows.shape, 2))
         across = parts.reshape(rows.shape[0], -1).view(np.complex128)
         return np.asarray(fft.irfft(across, 2 * self.nx, axis=0)[: self.nx])
-
 
     def nearly(self, deflection: Floats) -> Floats:
         """From its waves, as if the window were all of the surface."""
