@@ -856,6 +856,8 @@ FAULTS: dict[str, Fault] = {
     "thin wall: groove to profile": Fault(("groove and rim",), thin_profile, ("wall",)),
     "force of the drive": Fault(SLIDES, weak_slide, ("drive-force",)),
     "thin wall: plate": Fault(("linear",), thin_slide, ("wall", "run-out"), ("start", "edge", "thickness")),
+    "force of the drive, dynamic": Fault(("linear",), swung(weak_slide), ("dynamic-drive-force",)),
+    "force of the drive, from rest": Fault(("linear",), swung(weak_slide), ("start-drive-force",)),
 }  # fmt: skip
 WITHOUT = {
     "yield-tolerance": "errors of assembly are no part of the designs: tests/tolerance",
