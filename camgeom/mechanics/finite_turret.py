@@ -176,8 +176,25 @@ class FiniteTurret:
             beside = (middle >= first - hair) & (middle <= last + hair)
             # Where less of the roller is beside the cam, its wall ends as the roller does.
             beside[[0, -1]] = on.any(axis=2)
-            found.append(np.where(beside, pressure, 0.0))
+            pressure = np.where(beside, pressure, 0.0)
+            self._on_edges(w, pressure, np.clip(0.0, first, last))
+            found.append(pressure)
         return tuple(found)
+
+    def _on_edges(self, w: int, pressure: Floats, nearest: Floats) -> None:
+        """Give rollers that bear where the table has nothing the pressure (bins, n, k) of the most loaded of them.
+
+        They touch the end of a wall that does not reach their middle, of which the table, made of whole rollers, knows
+        nothing; nearest: the place of it that is nearest to the middle, mm, (n, k).
+        """
+        load = self.walls[w].load
+        missed = np.where(pressure.max(axis=0) > 0.0, 0.0, load)
+        n, k = (int(i) for i in np.unravel_index(int(np.argmax(missed)), missed.shape))
+        if missed[n, k] > QUIET * load.max():
+            peak = surely(refined(self.bodies(w, (n, k)), float(missed[n, k])))
+            at = np.nonzero(missed)
+            bins = np.clip(np.searchsorted(self.edges, nearest[at]) - 1, 0, len(pressure) - 1)
+            pressure[(bins, *at)] = peak * np.cbrt(missed[at] / missed[n, k])
 
     @property
     def hardest(self) -> tuple[Extreme, Patch]:

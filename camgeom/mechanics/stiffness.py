@@ -120,16 +120,19 @@ class Slices:
         helping = self.on & (lever > 0.0)
         if not helping.any(axis=1).all():
             raise DesignError("no roller can take the turret's torque at some cam angle: widen the cam")
-        touch = np.where(helping, -self.preload / np.where(helping, lever, 1.0), np.inf).min(axis=1)
+        touching = np.where(helping, -self.preload / np.where(helping, lever, 1.0), np.inf)
+        touch = touching.min(axis=1)
+        # At the first touch a slice is pressed by nothing but its rounding, which may as well be a gap.
+        first = touching <= touch[:, None]
         # a first guess beyond the first touch; no load is below a millionth of the mean one
         angle = np.maximum(touch, 0.0)
         mean = wanted / np.where(helping, lever * self.width, 0.0).sum(axis=1)
         least = np.maximum(1e-6 * mean, 1e-9)[:, None]
         load = np.broadcast_to(np.maximum(mean[:, None], least), lever.shape)
-        for turn in range(PASSES):
+        for _ in range(PASSES):
             soft = self._half_space(np.maximum(load, least), self.curvature)
             approach = self.preload + lever * angle[:, None]
-            pressed = self.on & ((approach > 0.0) | ((turn == 0) & helping & (approach >= 0.0)))
+            pressed = self.on & ((approach > 0.0) | first)
             hard = np.where(pressed, lever * self.width / soft, 0.0)
             slope = (hard * lever).sum(axis=1)
             rest = wanted - (hard * approach).sum(axis=1)

@@ -7,7 +7,6 @@ from threading import RLock
 from time import perf_counter
 from typing import Any, Generic, Protocol, TypeVar, overload
 
-from camgeom.errors import CamgeomError
 from camgeom.maths.frozen import again, frozen, told
 from camgeom.maths.overflow import within_range
 
@@ -76,7 +75,7 @@ class HasLedger(Protocol):
 class fact(Generic[T]):
     """An attribute computed on first access, once, and kept, its arrays read-only; its cost is booked in the ledger.
 
-    A refusal is kept too: what the design does not admit, or no memory is enough for, is not tried again.
+    A refusal is kept too, and an error: what the design does not admit, or no memory is enough for, is not tried again.
     """
 
     def __init__(self, compute: Callable[[Any], T]) -> None:
@@ -101,7 +100,7 @@ class fact(Generic[T]):
 
 
 def once(kept: dict[str, Any], name: str, ledger: Ledger, compute: Callable[[], T]) -> T:
-    """What is kept under a name, computed the first time, its arrays read-only; so is a refusal, raised again."""
+    """What is kept under a name, computed the first time, its arrays read-only; so is an error, raised again."""
     refusal = f"refusal of {name}"
     with ledger.turn:
         if refusal in kept:
@@ -109,7 +108,7 @@ def once(kept: dict[str, Any], name: str, ledger: Ledger, compute: Callable[[], 
         if name not in kept:
             try:
                 kept[name] = frozen(ledger.charge(name, compute))
-            except (CamgeomError, MemoryError) as error:
+            except Exception as error:
                 kept[refusal] = told(error)
                 raise
     found: T = kept[name]

@@ -10,7 +10,7 @@ import pytest
 
 from camgeom.cams import kinds, starter
 from camgeom.checks import NEEDS, checks, findings
-from camgeom.model import Model
+from camgeom.model import Model, loads
 from camgeom.profile import parse
 from camgeom.report.result import compute
 from camgeom.solid.mechanism import Drive
@@ -57,6 +57,22 @@ def test_a_dropped_model_is_freed_at_once() -> None:
         assert body() is None
     finally:
         gc.enable()
+
+
+def test_an_error_of_a_fact_is_found_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A bug after twenty seconds of work took twenty seconds of every check that asked again."""
+    calls: list[object] = []
+
+    def broken(*asked: object) -> None:
+        calls.append(asked)
+        raise ValueError("a bug")
+
+    monkeypatch.setattr(loads, "turret_duty", broken)
+    model = Model(parse(starter("globoidal")))
+    for _ in range(2):
+        with pytest.raises(ValueError, match="a bug"):
+            model.turret_duty  # noqa: B018
+    assert len(calls) == 1
 
 
 def test_several_followers_on_one_body_are_a_list() -> None:

@@ -16,7 +16,10 @@ from camgeom.export.step.check import check_solid
 from camgeom.export.step.cut import cut_solid
 from camgeom.export.step.geometry import WORLD, Circle, Cone, Frame, Plane, SplineCurve, SplineSurface
 from camgeom.export.step.meeting import SurfaceCrossing, corner
-from camgeom.model import read
+from camgeom.export.step.tagged import Cut, Tagged, subtract_tagged
+from camgeom.model import Model, read
+from camgeom.profile import parse
+from camgeom.solid.cut import IndexingCut
 from tests.oracle.envelope import roller_distance, swept_distance
 from tests.oracle.refined_volume import limit_volume
 from tests.places import PROFILES
@@ -163,3 +166,48 @@ def test_surfaces_that_do_not_cross() -> None:
     rough = np.stack([np.full(5, 10.2), np.linspace(-1.0, 1.0, 5), np.linspace(0.0, 5.0, 5)], axis=1)
     with pytest.raises(NotConverged, match="cross"):
         crossing(BARREL, touching, rough).fit(1e-7)
+
+
+LARGE_DRUM = """name = "ten metres"
+[cam]
+kind = "cylindrical-index"
+form = "rib"
+hand = "right"
+width = 5216.69
+center_distance = 9153.3
+diameter = 9879.888
+bore = 2443.47
+[follower]
+kind = "turret"
+stops = 8
+pitch_radius = 9171.92
+[roller]
+shape = "cylinder"
+diameter = 3453.016
+length = 1964.39
+[[motion]]
+until = 30.0
+[[motion]]
+until = 250.0
+to = 45.0
+law = "cycloidal"
+[[motion]]
+until = 360.0
+"""
+
+
+def test_a_drum_of_ten_metres_takes_no_finer_mesh_than_one_of_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its topology was settled on a mesh of 30 and of 8 µm: 4 million triangles and 1.5 GB."""
+    sizes: list[int] = []
+
+    def counted(blank: Tagged, tools: list[Tagged]) -> Cut:
+        sizes.append(len(blank.faces) + sum(len(tool.faces) for tool in tools))
+        return subtract_tagged(blank, tools)
+
+    monkeypatch.setattr("camgeom.export.step.cut.subtract_tagged", counted)
+    (part,) = Model(parse(LARGE_DRUM)).parts
+    assert isinstance(part, IndexingCut)
+    verdict = check_solid(cut_solid(part), 1e-5)
+    assert verdict.problems == ()
+    assert verdict.deviation <= 1e-5
+    assert max(sizes) < 300_000

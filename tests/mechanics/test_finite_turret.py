@@ -16,6 +16,7 @@ from camgeom.model import Model
 from camgeom.profile import from_data, parse
 from camgeom.profile.text import load
 from camgeom.report.result import compute
+from camgeom.report.sections.load import turret_map
 from camgeom.track import TURN
 from camgeom.track.flank import Flank
 from tests.places import PROFILES
@@ -302,3 +303,54 @@ def test_a_roller_half_of_which_is_beside_the_blank_presses_with_that_half() -> 
     # all of the load stands on the outer half
     delta = duty.tracks[0].meridian.jet(duty.engagement.stations)[0]
     assert delta[duty.pressure.max(axis=(0, 1)) > 0.0].min() > 162.1 + 10.0
+
+
+FACING_AWAY = """name = "wall beside the middle"
+[cam]
+kind = "globoidal"
+hand = "right"
+width = 101.03
+center_distance = 253.488
+globoid_radius = 122.52
+direction = "ccw"
+[follower]
+kind = "turret"
+stops = 8
+pitch_radius = 120.2
+inertia = 0.888
+[roller]
+shape = "crowned"
+diameter = 38.107
+length = 23.33
+crown_radius = 55.0
+crown = "circular"
+[operation]
+speed = 6.85
+friction = 97.1
+[[motion]]
+until = 20.0
+[[motion]]
+until = 350.0
+to = 45.0
+law = "cycloidal"
+[[motion]]
+until = 360.0
+"""
+
+
+def test_a_wall_that_ends_beside_the_middle_of_a_crowned_roller_is_pressed_by_its_edge() -> None:
+    """The crown touches the wall's edge, of which the table of whole rollers knows nothing: lives had no end."""
+    duty = Model(parse(FACING_AWAY)).turret_duty
+    assert duty is not None
+    assert duty.finite is not None
+    assert duty.no_stress
+    assert turret_map(duty).values[~np.isnan(turret_map(duty).values)].max() > 0.0
+    rounded = Model(parse(FACING_AWAY).with_({"roller.end_radius": 0.5})).turret_duty
+    assert rounded is not None
+    assert rounded.finite is not None
+    assert not rounded.no_stress
+    n, k, _ = np.unravel_index(int(np.argmax(rounded.pressure)), rounded.pressure.shape)
+    hardest = refined(rounded.finite.bodies(0, (int(n), int(k))), float(rounded.roller_load[n, k]))
+    assert rounded.pressure.max() == pytest.approx(hardest.peak[0], rel=0.02)
+    assert np.all(rounded.pressure.max(axis=2)[rounded.roller_load > 0.0] > 0.0)
+    assert np.isfinite(rounded.roller_life)

@@ -56,6 +56,18 @@ def test_loads_are_those_of_the_turret_s_duty(changer):
     assert np.abs(mine - shared).max() < 1e-9 * shared.max()
 
 
+def test_slices_far_from_each_other_bear_the_torque_too(changer):
+    """Where one slice touches first, its approach there is zero but for rounding: it was taken for a gap, and nothing
+    bore the torque."""
+    duty = changer.turret_duty
+    picked = duty.loaded[::3]
+    bearing = slices_at(duty, duty.theta[picked])
+    gaps = np.random.default_rng(0).uniform(0.0, 1.0, bearing.preload.shape)
+    bearing = replace(bearing, preload=-gaps)
+    held = bearing.held(duty.turret_torque[picked])
+    assert torque_of(bearing, held) == pytest.approx(duty.turret_torque[picked], rel=1e-9)
+
+
 def test_stiffness_is_torque_over_angle_without_preload(changer):
     duty = changer.turret_duty
     table, tangent = (np.array(duty.stiffness_table(estimate)) for estimate in ("secant", "half-space"))

@@ -32,7 +32,9 @@ from camgeom.track import Track
 from camgeom.track.section import FlooredSection, GrooveSection, RootedSection
 
 SAGS = (0.03, 0.008)
-"""mm; of the meshes that settle the topology, tried one after another"""
+"""mm; of the meshes that settle the topology, tried one after another; of what is larger than LARGE in proportion more"""
+LARGE = 1000.0
+"""mm"""
 EDGE_SHARE = 0.1
 """tolerance of edges as a share of that of the surfaces"""
 
@@ -49,9 +51,10 @@ def cut_solid(body: IndexingCut | CutBlank, tolerance: float = TOLERANCE) -> Bre
         grooves.append(groove_body(bands, knots, track.closed, number, count, tolerance))
         count += len(grooves[-1].patches)
     trouble: CamgeomError | None = None
+    size = float(np.ptp(body.blank.mesh(SAGS[0]).vertices, axis=0).max())
     for sag in SAGS:
         try:
-            return _Body(body, grooves, sag, tolerance).solid()
+            return _Body(body, grooves, sag * max(1.0, size / LARGE), tolerance).solid()
         except CamgeomError as error:
             trouble = error
     assert trouble is not None
