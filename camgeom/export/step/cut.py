@@ -32,7 +32,7 @@ from camgeom.track import Track
 from camgeom.track.section import FlooredSection, GrooveSection, RootedSection
 
 SAGS = (0.03, 0.008)
-"""mm; of the meshes that settle the topology, tried one after another; of what is larger than LARGE in proportion more"""
+"""mm; of the meshes that settle the topology, tried one after another; in proportion more where the body is LARGE"""
 LARGE = 1000.0
 """mm"""
 EDGE_SHARE = 0.1
