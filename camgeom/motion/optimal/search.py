@@ -24,6 +24,8 @@ LITTLE, ENOUGH = 1e-3, 1e-6
 """a residual that is sought is found to this share of itself, or of a thousandth of the lift"""
 SILENT = 1e-6
 """share of the lift up to which a residual is none to seek less than"""
+SLOW = 3e-7
+"""share of the lift; what a step has to gain of a residual below LITTLE, lest its breaks are left where they are"""
 ROUNDS = 50
 PATIENT = 15
 """rounds after which breaks need find no rest where next to no residual is left"""
@@ -40,8 +42,8 @@ SHARP = 1e-6
 """how far breaks may move in the programme whose multipliers count"""
 ROUGH = 1e-2
 """how far the vibration may exceed its limit while only the build is sought"""
-CLOSE = 3e-5
-"""a gap that no further pass is made for"""
+CLOSE, NEAR = 3e-5, 3e-6
+"""a gap that no further pass is made for; of a residual below LITTLE, share of the lift: other breaks prove no more"""
 
 
 @final
@@ -116,7 +118,8 @@ def find(task: Task, begun: Shape | None = None, purse: Purse | None = None) -> 
             best = Found(settled.shape, settled.value, bound, settled)
         if task.residual.slope and best.value <= SILENT:
             break
-        if best.value - best.bound <= CLOSE * (max(best.value, LITTLE) if task.residual.slope else best.value):
+        little = task.residual.slope and best.value <= LITTLE
+        if best.value - best.bound <= (NEAR if little else CLOSE * best.value):
             break
         mesh = refined(settled.shape)
     return best
@@ -203,7 +206,7 @@ def _settled(task: Task, shape: Shape, value: float, cuts: Cuts, purse: Purse) -
             cuts = cuts.living(m.cut, sum(added[-LATEST:]))
         cuts, added = cuts.and_at(*further), [*added, len(further[0])]
         # What such a step gains of a residual is less than it is sought to: breaks come to rest.
-        slow = better and sought and merit - now < ENOUGH * max(trial.value, LITTLE)
+        slow = better and sought and merit - now < (ENOUGH * trial.value if trial.value > LITTLE else SLOW)
         if better:
             shape, value, merit = trial.shape, trial.value, now
             stiff = stiffness(task, shape, m)
