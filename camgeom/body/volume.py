@@ -40,7 +40,7 @@ from camgeom.mechanics.turret_duty import TurretDuty
 from camgeom.solid import Part
 from camgeom.solid.cut import CutBlank, IndexingCut
 from camgeom.solid.drum import EndFaceRing, RibbedCylinder
-from camgeom.solid.prism import Prism
+from camgeom.solid.prism import ConicalDisc, Prism
 from camgeom.track import TURN, Track
 
 Index = npt.NDArray[np.int64]
@@ -203,7 +203,7 @@ def unfilled(parts: Sequence[Part], cutters: tuple[Track, ...], several: Sequenc
     """
     if len(several) > 1:
         return "" if grooves_of(parts[0], several) is not None else NO_RING
-    filled_or_ring = isinstance(parts[0], EndFaceRing | RibbedCylinder | IndexingCut | CutBlank) or all(
+    filled_or_ring = isinstance(parts[0], EndFaceRing | RibbedCylinder | IndexingCut | CutBlank | ConicalDisc) or all(
         isinstance(one, Prism) for one in parts
     )
     return "" if filled_or_ring or groove_of(parts[0], cutters) is not None else NO_RING
@@ -235,7 +235,7 @@ def volume_of(
         return BodyVolume(disc.name, ring_about(plate, patch.middle, STEP), material, patch)
     if isinstance(part, IndexingCut) and pressing.turret is not None:
         load = turret_load(pressing.turret, angle)
-    elif isinstance(part, CutBlank) and rollers:
+    elif isinstance(part, CutBlank | ConicalDisc) and rollers:
         load = RollerForce(rollers[0]).points(angle)
     else:
         raise DesignError(NO_RING)

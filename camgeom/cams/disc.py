@@ -1,10 +1,11 @@
-"""Disc cam: external (force-closed) or face groove (form-closed), any of the usual followers."""
+"""Disc cam: external (force-closed) or face groove (form-closed), any of the usual followers; or the profile of a
+conical roller, whose flank leans as the cone does."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import cos, hypot, inf, sqrt
+from math import atan2, cos, degrees, hypot, inf, sqrt
 from typing import ClassVar, Literal, final
 
 import numpy as np
@@ -50,10 +51,11 @@ from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Wall
 from camgeom.solid.mechanism import Drive, Measure, Mechanism
-from camgeom.solid.prism import FaceGroove, GroovedPlate, Loop, Prism
+from camgeom.solid.prism import ConicalDisc, FaceGroove, GroovedPlate, Loop, Prism
 from camgeom.track import Joint, Meridian, Straight, Track, Vector
-from camgeom.track.follower import Setup, SwingingFollower, TranslatingFollower
+from camgeom.track.follower import ConeRoller, Setup, SwingingFollower, TranslatingFollower
 from camgeom.track.outline import CircleOutline, FaceOutline, FlatFace, Outline, RollerOutline
+from camgeom.track.section import Level
 from camgeom.track.sliding import Slider, SlidingEdge, SlidingFace
 from camgeom.track.touch import Touch
 
@@ -98,7 +100,8 @@ class Disc(Cam):
         follower = setup.follower
         assert isinstance(follower, TranslatingFollower | SwingingFollower)
         groove = self.form == "groove"
-        return DiscMechanism(
+        conical = isinstance(setup.roller, ConeRoller) and follower.face == "roller" and not groove
+        return (ConicalDiscMechanism if conical else DiscMechanism)(
             follower=follower,
             roller=setup.roller,
             program=setup.program,
@@ -143,6 +146,9 @@ class Disc(Cam):
             keys = tuple(f"cam.{key}" for key in grooved)
             found |= idle("only form = 'groove' has one", *keys) | ONE_WAY | NO_ROOT
             found |= idle("what a spring or weight holds on its cam has no play", "limits.play_mm")
+            if isinstance(setup.roller, ConeRoller):
+                leans = "no tool paths are made of a flank that leans as a cone does: a CAM program takes the STEP file"
+                found |= idle(leans, "cutter")
         elif self.rim == "profile":
             found |= idle("the rim is the profile of another track", "cam.diameter")
         if not follower.rotating:
@@ -158,8 +164,10 @@ class Disc(Cam):
         follower, roller, face = mechanism.follower, setup.roller, mechanism.follower.face
         if face == "roller" and roller is None:
             return [*found, Problem("roller", "face = 'roller' needs a roller", None, "a [roller] table")]
-        if face == "roller" and roller is not None and roller.shape not in ("cylinder", "crowned"):
-            found.append(problem("roller.shape", roller.shape, "cylinder or crowned on a disc cam"))
+        if face == "roller" and isinstance(roller, ConeRoller):
+            found += self._cone_problems(roller)
+        elif face == "roller" and roller is not None and roller.shape not in ("cylinder", "crowned"):
+            found.append(problem("roller.shape", roller.shape, "cylinder, cone or crowned on a disc cam"))
         found += straight_problems(setup.roller)
         if face == "curved" and not follower.face_radius:
             found.append(Problem("follower.face_radius", "is missing", None, "a radius in mm, for face = 'curved'"))
@@ -171,6 +179,15 @@ class Disc(Cam):
         if face != "flat" and abs(follower.offset) >= prime:
             found.append(problem("follower.offset", abs(follower.offset), f"below the prime radius {prime:g} mm"))
         return found
+
+    def _cone_problems(self, roller: ConeRoller) -> list[Problem]:
+        if self.form == "groove":
+            return [problem("roller.shape", "cone", "cylinder or crowned in a groove; a cone runs on a profile")]
+        least = degrees(atan2(roller.diameter, self.width))
+        if abs(roller.half_angle) < least:
+            return []
+        limit = f"less than {least:.6g} deg either way: beyond, the cone comes to its point beside the disc"
+        return [problem("roller.half_angle", roller.half_angle, limit)]
 
     def _groove_problems(self, mechanism: DiscMechanism, setup: Setup) -> list[Problem]:
         if mechanism.follower.face != "roller":
@@ -218,7 +235,6 @@ class Disc(Cam):
         return [found] if found else []
 
 
-@final
 @immutable(kw_only=True)
 class DiscMechanism(Mechanism):
     """A disc cam and its follower."""
@@ -291,7 +307,7 @@ class DiscMechanism(Mechanism):
     def _meridian(self) -> Meridian:
         if self.roller is not None and self.follower.face == "roller":
             low, high = self.contact
-            return self.roller.meridian(0.5 * (low + high), 1.0)
+            return self.roller.meridian(0.5 * (low + high), -1.0)
         return Straight(max(self.touch_radius, 1e-9), 0.0)
 
     @cached_property
@@ -419,3 +435,74 @@ class DiscMechanism(Mechanism):
             return None
         flanks = Loop(self.profile, "flank"), Loop(self.outlines["outer flank"], "flank")
         return FaceGroove(*flanks, self._floor, 0.0 if self.cam.face == "lower" else self.cam.width, self.root_radius)
+
+
+@final
+@immutable(kw_only=True)
+class ConicalDiscMechanism(DiscMechanism):
+    """A disc of which each height has the profile of the cone's radius there; the roller's free end is below."""
+
+    def radius(self, z: float) -> float:
+        """Radius of the cone at a height, mm."""
+        return float(self._meridian.jet(np.array([z]))[3][0])
+
+    @cached_property
+    def outlines(self) -> dict[str, Outline]:
+        """The profile at both ends of the disc, and the pitch curve."""
+        ends = {touch.name: touch.outline for touch in self.profiles}
+        return ends | {"pitch curve": RollerOutline(self.pitch, 0.0)}
+
+    @cached_property
+    def _ends(self) -> tuple[RollerOutline, RollerOutline]:
+        low, high = (RollerOutline(self.pitch, -self.radius(z)) for z in (0.0, self.width))
+        return low, high
+
+    @property
+    def touches(self) -> tuple[Touch, ...]:
+        """None: its profile is not the same at every height."""
+        return ()
+
+    @property
+    def profiles(self) -> tuple[Touch, ...]:
+        """Those of both ends."""
+        joint = self._arm(self.follower).joint if isinstance(self.follower, SwingingFollower) else SLIDE
+        return tuple(
+            Touch(f"profile at z = {z:g} mm", outline, joint, self.sense, 1.0, self.radius(z), self.width)
+            for z, outline in zip((0.0, self.width), self._ends)
+        )
+
+    @cached_property
+    def cutters(self) -> tuple[Track, ...]:
+        """The track with a tool that reaches through the disc."""
+        return tuple(replace(track, tip=0.0) for track in self.tracks)
+
+    @property
+    def wall_foot(self) -> tuple[Level, float]:
+        """The lower face, where the flank ends."""
+        return (lambda x: -x[2]), 0.0
+
+    @property
+    def wall_top(self) -> None:
+        """None: the roller's axis is parallel to the cam's, so that no wall ends beside it."""
+
+    def within(self, x: Floats) -> Floats:
+        """How far contact points (3, ...) lie between the faces of the disc, mm."""
+        return np.asarray(np.minimum(x[2], self.width - x[2]) + 1e-9)
+
+    @cached_property
+    def envelope(self) -> tuple[float, float]:
+        """Of the larger end."""
+        return plate_envelope(self._ends, self.width)
+
+    @cached_property
+    def walls(self) -> tuple[Wall, ...]:
+        """The disc, and the profile to the bore where the disc is smallest."""
+        smallest = min(self._ends, key=lambda outline: outline.distance)
+        return (disc_wall("cam", self.width), *bore_walls("profile", smallest, self.bore))
+
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:
+        """The disc with its leaning flank."""
+        (track,) = self.cutters
+        return (ConicalDisc("cam", track, self._ends, 0.0, self.width, self.bore),)
+

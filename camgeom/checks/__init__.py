@@ -27,8 +27,10 @@ if TYPE_CHECKING:
     from camgeom.model.vibration import Turn
 
 Judge = Callable[["Model"], Iterable[Finding | NotJudged]]
-Need = Literal["body", "solid", "tracks", "planar", "turret", "operation", "rated", "roller load", "crowned load",
-               "face load", "turret load", "dynamics", "impact", "cutter", "root", "tolerance", "shaft", "any rated"]
+Need = Literal[
+    "body", "solid", "tracks", "planar", "profiles", "turret", "operation", "rated", "roller load", "crowned load",
+    "face load", "turret load", "dynamics", "impact", "cutter", "root", "tolerance", "shaft", "any rated",
+]
 OWN = frozenset({"rated", "any rated", "root", "tolerance"})
 """needs beside those of LOADED of checks that every follower on a track is judged by; all others see the track alone"""
 LOADED: frozenset[Need] = frozenset(
@@ -132,6 +134,7 @@ NEEDS: dict[Need, Callable[[Model], bool | str]] = {
     "solid": lambda model: True,
     "tracks": lambda model: bool(model.tracks),
     "planar": lambda model: model.planar is not None,
+    "profiles": lambda model: model.profiles is not None,
     "turret": lambda model: model.mechanism.turret is not None,
     "operation": lambda model: True,
     "rated": lambda model: _rated(model),

@@ -33,11 +33,11 @@ def face_curvature(model: Model) -> Iterable[Finding]:
     )
 
 
-@check("self-crossing", "planar")
+@check("self-crossing", "profiles")
 def self_crossing(model: Model) -> Iterable[Finding]:
     """Number of profiles that cross themselves; none may."""
-    assert model.planar is not None
-    for name, place in model.planar.crossings.items():
+    assert model.profiles is not None
+    for name, place in model.profiles.crossings.items():
         if place is None:
             yield judged("self-crossing", 0.0, "<=", 0.0, "crossings", "", where=name)
             continue
@@ -68,16 +68,16 @@ def face_width(model: Model) -> Iterable[Finding | NotJudged]:
     )
 
 
-@check("pivot", "planar")
+@check("pivot", "profiles")
 def pivot(model: Model) -> Iterable[Finding]:
     """From the pivot of an arm to the circle that the disc sweeps; the arm in a face groove stands beside its plate."""
     from camgeom.track import Swing
 
-    assert model.planar is not None
-    joint = model.planar.touches[0].joint
-    if not isinstance(joint, Swing) or any(touch.material < 0.0 for touch in model.planar.touches):
+    assert model.profiles is not None
+    joint = model.profiles.touches[0].joint
+    if not isinstance(joint, Swing) or any(touch.material < 0.0 for touch in model.profiles.touches):
         return
-    swept = model.planar.largest_radius
+    swept = model.profiles.largest_radius
     yield judged(
         "pivot", float(np.hypot(*joint.centre[:2])) - swept.value, ">", model.profile.limits.clearance_mm, "mm",
         f"the pivot stands within the {swept.value:.6g} mm that the disc sweeps, so arm and pivot have to stand beside "

@@ -241,7 +241,7 @@ OUTLINE_COLUMNS = ("curve", "cam_angle_deg", "x_mm", "y_mm", "normal_x", "normal
 
 @writer(
     ".outline.csv", "profile and pitch curves, normals, curvature, CSV; exact", takes="model", cams="planar cams",
-    missing=lambda model: "" if model.mechanism.touches else NOT_PLANAR, body=False,
+    missing=lambda model: "" if model.mechanism.profiles else NOT_PLANAR, body=False,
 )
 def write_outline_csv(path: Path, model: Model) -> int:
     """Write every outline of a planar cam, a tenth of a degree apart and one-sided at knots; returns the bytes written.
@@ -249,7 +249,7 @@ def write_outline_csv(path: Path, model: Model) -> int:
     Points lie on the exact curve, numbers read back to the last bit; normals point outwards, curvature is positive
     where the curve is convex. Raises ExportError for a cam that is not planar, or where the file cannot be written.
     """
-    if model.planar is None:
+    if not model.mechanism.profiles:
         raise ExportError(f"{path}: {NOT_PLANAR}")
 
     def table(outline: Outline) -> Floats:

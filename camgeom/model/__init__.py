@@ -497,6 +497,16 @@ class Model(Sealed):
         return Planar(mechanism.touches, mechanism.outlines, mechanism.program, span, offset)
 
     @fact
+    def profiles(self) -> Planar | None:
+        """The profiles of a disc, also where a cone makes another one at every height; None for other cams."""
+        mechanism = self.mechanism
+        if mechanism.touches or not mechanism.profiles:
+            return self.planar
+        from camgeom.track.planar import Planar
+
+        return Planar(mechanism.profiles, mechanism.outlines, mechanism.program)
+
+    @fact
     def pair(self) -> PairResidual | None:
         """Gap at the second roller of a pair that drives a follower both ways; None for other cams.
 

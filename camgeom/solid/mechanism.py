@@ -234,6 +234,11 @@ class Mechanism(ABC):
         return ()
 
     @property
+    def profiles(self) -> tuple[Touch, ...]:
+        """Plane profiles of a disc, which may not cross themselves and sweep a circle: what touches them there."""
+        return self.touches
+
+    @property
     def outlines(self) -> Mapping[str, Outline]:
         """Closed plane curves of the bodies by name."""
         return {}

@@ -23,7 +23,9 @@ from camgeom.solid.builder import (
     polygon_area,
     wrapped_faces,
 )
-from camgeom.track.outline import Outline
+from camgeom.track import Track
+from camgeom.track.outline import Outline, crossing
+from camgeom.track.section import Column
 
 if TYPE_CHECKING:
     from camgeom.maths.sampling import Grid
@@ -67,6 +69,56 @@ class Prism(QuickPart):
         builder.faces(np.concatenate([w.low for w in walls])[triangles][:, ::-1], "end")
         error, free_error = stated([pair for w in walls for pair in w.errors], free)
         return Solid(self.name, builder.mesh(), error, "direct", len(walls) - 1, free_error)
+
+
+@immutable
+class ConicalDisc(QuickPart):
+    """A disc between z0 and z1 whose flank a conical roller envelops: straight from the profile of one end to that of
+    the other at every cam angle.
+
+    ends  the profiles at z0 and z1
+    """
+
+    name: str
+    track: Track
+    ends: tuple[Outline, Outline]
+    z0: float
+    z1: float
+    bore: Bore | None = None
+
+    def flank(self, column: Column, share: Floats) -> Floats:
+        """Points (3, n, k) of the flank at shares (k,) of the way from z0 to z1: the cone stands along Z, so that its
+        parameter is z."""
+        (side,) = self.track.sides
+        return column.wall(side, self.z0 + (self.z1 - self.z0) * share)
+
+    def solid(self, tolerance: float, free: float | None = None) -> Solid:
+        """Mesh within the tolerance. Raises DesignError where a profile crosses itself or the bore."""
+        from camgeom.maths.sampling import sample
+
+        for z, outline in zip((self.z0, self.z1), self.ends):
+            if (found := crossing(outline)) is not None:
+                at = np.degrees(found.first)
+                raise DesignError(f"the profile at z = {z:g} mm crosses itself at cam angle {at:.6g} deg")
+
+        def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
+            return self.flank(Column(self.track, phi), np.arange(counts[0] + 1) / counts[0])
+
+        grid = sample(rows, self.track.knots(), tolerance, (4000,), eased((TOUCHED,), tolerance, free))
+        builder, flat = Builder(), grid.points[:, :-1]
+        index = add_grid(builder, flat, grid.counts, (TOUCHED,), tolerance)
+        turned = polygon_area(flat[:2, :, 0].T) < 0.0
+        builder.faces(wrapped_faces(index, grid.rising, inward=turned).reshape(-1, 3), TOUCHED)
+        way = -1 if turned else 1
+        errors, hole = [(TOUCHED, grid.chord_error)], []
+        if self.bore is not None:
+            hole = [bore_wall(builder, self.bore, self.z0, self.z1, free or tolerance)]
+            errors += hole[0].errors
+        for k, up in ((0, False), (-1, True)):
+            rings = [index[::way, k], *((w.high if up else w.low) for w in hole)]
+            cap(builder, rings, [flat[:2, ::way, k].T, *(w.plane for w in hole)], "end", up)
+        error, free_error = stated(errors, free)
+        return Solid(self.name, builder.mesh(), error, "direct", len(hole), free_error)
 
 
 @immutable

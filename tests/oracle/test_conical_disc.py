@@ -1,0 +1,195 @@
+"""Discs of conical rollers: the body against a cone placed from the keys, no envelope, and contact by hand."""
+
+from __future__ import annotations
+
+import random
+from math import acos, atan2, cos, degrees, hypot, pi, radians, sin, sqrt, tan
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from camgeom.checks import findings
+from camgeom.errors import ProfileError
+from camgeom.export.step.bodies import model_bodies
+from camgeom.export.step.brep import Brep
+from camgeom.export.step.check import check_solid
+from camgeom.mechanics.hertz import line_pressure
+from camgeom.mechanics.material import STEEL, pair_compliance
+from camgeom.model import Model
+from camgeom.profile import from_data
+from camgeom.report.result import compute
+from camgeom.track.flank import Flank
+
+DATA: dict[str, Any] = {
+    "name": "cone",
+    "cam": {"kind": "disc", "base_radius": 40.0, "width": 20.0, "bore": 25.0},
+    "follower": {"kind": "translating", "mass": 2.0, "offset": 5.0},
+    "roller": {"shape": "cone", "diameter": 24.0, "length": 16.0, "half_angle": 10.0},
+    "operation": {"speed": 200.0, "spring_preload": 150.0, "spring_rate": 10.0},
+    "motion": (
+        {"until": 60.0},
+        {"until": 160.0, "to": 15.0, "law": "cycloidal"},
+        {"until": 220.0},
+        {"until": 320.0, "to": 0.0, "law": "cycloidal"},
+        {"until": 360.0},
+    ),
+}
+
+
+def made(**tables: dict[str, Any]) -> Model:
+    return Model(from_data({**DATA, **{name: {**DATA.get(name, {}), **keys} for name, keys in tables.items()}}, "cone"))
+
+
+def lift(theta: np.ndarray, stroke: float, first: float, last: float, back: float, end: float) -> np.ndarray:
+    """Cycloidal rise from `first` to `last`, fall from `back` to `end`, degrees."""
+    t = np.degrees(theta) % 360.0
+    up, down = np.clip((t - first) / (last - first), 0.0, 1.0), np.clip((t - back) / (end - back), 0.0, 1.0)
+    return stroke * ((up - np.sin(2 * pi * up) / (2 * pi)) - (down - np.sin(2 * pi * down) / (2 * pi)))
+
+
+def centres(data: dict[str, Any], theta: np.ndarray) -> np.ndarray:
+    """Roller's axis in the frame of the cam, (2, n), placed from the keys."""
+    cam, follower = data["cam"], data["follower"]
+    moves = [segment["until"] for segment in data["motion"]]
+    s = lift(theta, data["motion"][1]["to"], *moves[:4])
+    prime = cam["base_radius"] + 0.5 * data["roller"]["diameter"]
+    if follower["kind"] == "translating":
+        offset = follower.get("offset", 0.0)
+        x, y = np.sqrt(prime**2 - offset**2) + s, np.full_like(s, offset)
+    else:
+        a, arm, way = cam["center_distance"], follower["arm"], {"left": 1.0, "right": -1.0}[follower.get("side", "left")]
+        angle = acos((a * a + arm * arm - prime * prime) / (2 * a * arm)) + np.radians(s)
+        x, y = a - arm * np.cos(angle), way * arm * np.sin(angle)
+    turned = theta * (1.0 if cam.get("direction", "ccw") == "ccw" else -1.0)
+    # The cam has turned on by the cam angle: seen from it the machine has turned back.
+    return np.stack([x * np.cos(turned) + y * np.sin(turned), y * np.cos(turned) - x * np.sin(turned)])
+
+
+def drawn(seed: int) -> dict[str, Any]:
+    """A design of a seed."""
+    dice = random.Random(seed)
+    base, radius, width = dice.uniform(30, 60), dice.uniform(8, 16), dice.uniform(10, 25)
+    most = degrees(atan2(2.0 * radius, width))
+    cam = {"kind": "disc", "base_radius": base, "width": width, "direction": dice.choice(["ccw", "cw"])}
+    if dice.random() < 0.5:
+        cam["bore"] = base * dice.uniform(0.3, 1.0)
+    roller = {"shape": "cone", "diameter": 2 * radius, "length": width * dice.uniform(0.5, 1.0),
+              "half_angle": dice.choice([-1, 1]) * dice.uniform(0.05, 0.6) * most}  # fmt: skip
+    first, last = dice.uniform(10, 40), dice.uniform(130, 170)
+    back, end = last + dice.uniform(10, 40), dice.uniform(310, 350)
+    follower: dict[str, Any]
+    if dice.random() < 0.5:
+        follower, stroke = {"kind": "translating", "offset": dice.uniform(-0.2, 0.2) * base}, dice.uniform(5, 14)
+    else:
+        follower, stroke = {"kind": "swinging", "side": dice.choice(["left", "right"])}, dice.uniform(4, 12)
+        cam["center_distance"] = base * dice.uniform(2.2, 3.0)
+        follower["arm"] = cam["center_distance"] * dice.uniform(0.75, 0.95)
+    moves = [(first, None), (last, stroke), (back, None), (end, 0.0), (360.0, None)]
+    motion = tuple({"until": at} if to is None else {"until": at, "to": to, "law": "cycloidal"} for at, to in moves)
+    return {"name": "cone", "cam": cam, "follower": follower, "roller": roller, "motion": motion,
+            "output": {"tolerance": 0.01}}  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_no_cone_stands_in_the_body_and_every_vertex_is_touched_by_one(seed: int) -> None:
+    data = drawn(seed)
+    model = Model(from_data(data, "cone"))
+    if not model.solid.sound:
+        pytest.fail("no body")
+    if (undercut := next(iter(findings(model, ["undercut"])))).level != "pass":
+        pytest.skip(f"undercut {undercut.value}")
+    mesh, tolerance, width = model.solid.mesh, 0.01, data["cam"]["width"]
+    assert model.solid.chord_error <= tolerance
+    lean = radians(data["roller"]["half_angle"])
+    theta = np.linspace(0.0, 2.0 * pi, 14401)[:-1]
+    tree = cKDTree(centres(data, theta).T)
+
+    def gap(x: np.ndarray) -> np.ndarray:
+        """Distance of points (n, 3) from the nearest cone: negative inside."""
+        radius = 0.5 * data["roller"]["diameter"] + tan(lean) * (x[:, 2] - 0.5 * width)
+        return (tree.query(x[:, :2])[0] - radius) * cos(lean)
+
+    # The roller's middle is the disc's: its free end, where a positive angle narrows it, is below.
+    flank = mesh.vertices[mesh.group_vertices("flank")]
+    # Samples a fortieth of a degree apart miss the nearest pose by up to a micrometre.
+    assert np.abs(gap(flank)).max() < 2e-3
+    middles = mesh.vertices[mesh.faces].mean(axis=1)
+    assert gap(middles).min() > -tolerance - 1e-3
+
+
+def test_its_step_file_is_the_exact_body() -> None:
+    model = made(output={"tolerance": 1e-4})
+    solid = model_bodies(model)
+    assert isinstance(solid, Brep)
+    verdict = check_solid(solid, 1e-5)
+    assert verdict.problems == ()
+    assert verdict.volume == pytest.approx(model.solid.mesh.volume, rel=2e-6)
+    # Straight from end to end: Simpson's rule over three heights is exact but for the profile's own area.
+    assert verdict.genus == 1
+
+
+@pytest.mark.parametrize("half_angle", [12.0, -12.0])
+def test_pressure_by_hand(half_angle: float) -> None:
+    model = made(roller={"half_angle": half_angle}, follower={"mass": 2.0, "offset": 0.0})
+    duty = model.duty
+    assert duty is not None
+    theta, omega, lean = radians(110.0), 200.0 * pi / 30.0, radians(half_angle)
+    h = 1e-5
+    s = lift(theta + h * np.array([-2, -1, 0, 1, 2]), 15.0, 60.0, 160.0, 220.0, 320.0)
+    slope, bend = (s[3] - s[1]) / (2 * h), (s[0] * -1 + 16 * s[1] - 30 * s[2] + 16 * s[3] - s[4]) / (12 * h * h)
+    force = 150.0 + 10.0 * s[2] + 2.0 * bend * 1e-3 * omega**2
+    # Of a slide through the axis: the pitch curve is r = 52 + s, its normal leans by atan(s' / r).
+    r = 52.0 + s[2]
+    angle = atan2(slope, r)
+    normal = force / (cos(angle) * cos(lean))
+    assert duty.force.panels.at(duty.force.force, np.array([theta]))[0] == pytest.approx(force, rel=1e-5)
+    pace = hypot(r, slope)
+    pitch = (r * r + 2 * slope * slope - r * bend) / pace**3
+    z = 10.0 + np.array([-8.0, 0.0, 8.0])
+    radius = 12.0 + tan(lean) * (z - 10.0)
+    profile = pitch / (1.0 - radius * pitch)
+    relative = cos(lean) * (1.0 / radius + profile)
+    wanted = line_pressure(np.full(3, normal / (16.0 / cos(lean))), relative, pair_compliance(STEEL, STEEL))
+    (track,) = model.tracks
+    flank = Flank(track, np.array([theta]), z, track.sides[0])
+    assert flank.k_rel[0] == pytest.approx(relative, rel=1e-6)
+    # Slices share by their stiffness, which hangs on the load by a logarithm.
+    found = duty.pressure_at(np.array([theta]), z)[0]
+    assert found == pytest.approx(wanted, rel=0.03)
+    assert np.mean(found**2 / relative) == pytest.approx(np.mean(wanted**2 / relative), rel=0.01)
+
+
+def test_a_cone_of_no_angle_is_the_cylinder() -> None:
+    straight = {key: value for key, value in DATA["roller"].items() if key not in ("half_angle", "shape")}
+    cone, cylinder = made(roller={"half_angle": 1e-9}), Model(from_data(DATA | {"roller": straight}, "cylinder"))
+    figures = [compute(one, ("contact", "fatigue", "motion")).data for one in (cone, cylinder)]
+    for name in ("peak_force_n", "peak_pressure_mpa", "peak_torque_n_m"):
+        assert figures[0]["contact"][name] == pytest.approx(figures[1]["contact"][name], rel=1e-6), name
+
+
+def test_ends_of_the_lean_have_two_sides() -> None:
+    least = degrees(atan2(24.0, 20.0))
+    assert made(roller={"half_angle": 0.999 * least, "length": 10.0}).mechanism
+    with pytest.raises(ProfileError, match="comes to its point beside the disc"):
+        made(roller={"half_angle": 1.001 * least, "length": 10.0})
+
+
+def test_a_profile_that_crosses_itself_at_one_end_alone_fails() -> None:
+    sharp = made(cam={"base_radius": 12.0, "bore": 0.0}, roller={"half_angle": 0.01, "diameter": 16.0},
+                 follower={"offset": 0.0})  # fmt: skip
+    assert sharp.profiles is not None
+    lean = made(cam={"base_radius": 12.0, "bore": 0.0}, roller={"half_angle": 30.0, "diameter": 16.0},
+                follower={"offset": 0.0})  # fmt: skip
+    worst = [min(finding.value for finding in findings(one, ["undercut"])) for one in (sharp, lean)]
+    assert worst[1] < worst[0]
+
+
+@pytest.mark.parametrize(("table", "said"), [
+    ({"cam": {"form": "groove", "groove_depth": 8.0, "diameter": 200.0}}, "a cone runs on a profile"),
+    ({"cutter": {"kind": "flat", "diameter": 10.0}}, "no tool paths"),
+])  # fmt: skip
+def test_what_it_does_not_take_is_named(table: dict[str, Any], said: str) -> None:
+    with pytest.raises(ProfileError, match=said):
+        made(**table).machining
