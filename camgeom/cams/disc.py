@@ -55,7 +55,6 @@ from camgeom.solid.prism import ConicalDisc, FaceGroove, GroovedPlate, Loop, Pri
 from camgeom.track import Joint, Meridian, Straight, Track, Vector
 from camgeom.track.follower import ConeRoller, Setup, SwingingFollower, TranslatingFollower
 from camgeom.track.outline import CircleOutline, FaceOutline, FlatFace, Outline, RollerOutline
-from camgeom.track.section import Level
 from camgeom.track.sliding import Slider, SlidingEdge, SlidingFace
 from camgeom.track.touch import Touch
 
@@ -473,17 +472,13 @@ class ConicalDiscMechanism(DiscMechanism):
 
     @cached_property
     def cutters(self) -> tuple[Track, ...]:
-        """The track with a tool that reaches through the disc."""
-        return tuple(replace(track, tip=0.0) for track in self.tracks)
+        """The track with a tool as long as the disc is wide, which the roller may leave bare on either side."""
+        return tuple(replace(track, tip=0.0, contact=(0.0, self.width)) for track in self.tracks)
 
     @property
-    def wall_foot(self) -> tuple[Level, float]:
-        """The lower face, where the flank ends."""
-        return (lambda x: -x[2]), 0.0
-
-    @property
-    def wall_top(self) -> None:
-        """None: the roller's axis is parallel to the cam's, so that no wall ends beside it."""
+    def passages(self) -> tuple[Track, ...]:
+        """The roller as wide as the disc."""
+        return self.cutters
 
     def within(self, x: Floats) -> Floats:
         """How far contact points (3, ...) lie between the faces of the disc, mm."""

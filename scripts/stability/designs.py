@@ -19,7 +19,7 @@ KINDS = (
 )  # fmt: skip
 """the kind of a seed is KINDS[seed % 20]; those that cost most come less often"""
 LATER, KINDS_LATER = 100_000, ("end-face", "unequal-pair", "stations", "grooves", "linear", "faces",
-                              "linear-edge")  # fmt: skip
+                              "linear-edge", "disc-cone")  # fmt: skip
 """kinds that came when the seeds below had been judged already: those of seeds from LATER on, EACH of one after another
 """
 EACH = 10_000
@@ -95,6 +95,7 @@ def design(seed: int) -> dict[str, Any]:
         "globoidal": _globoid,
         "linear": _linear,
         "linear-edge": _linear_edge,
+        "disc-cone": _disc_cone,
         "parallel-index": _plates,
     }[kind](dice)
     data["name"] = f"seed {seed}"
@@ -265,6 +266,23 @@ def _disc(dice: Dice) -> dict[str, Any]:
         data["roller"] = _flat_roller(dice, 2.0 * radius, cam["width"] * dice.between(0.3, 1.5))
     if face == "curved":
         follower["face_radius"] = radius
+    _bored(dice, cam, base)
+    return data
+
+
+def _disc_cone(dice: Dice) -> dict[str, Any]:
+    """The profile of a conical roller, which may come near to its point at an end of the disc."""
+    base, radius = 30.0, 30.0 * dice.log(0.05, 1.2)
+    stroke = base * dice.log(1e-3, 1.0)
+    cam: dict[str, Any] = {"kind": "disc", "base_radius": base, "width": base * dice.log(0.05, 1.5)}
+    if dice.chance(0.55):
+        follower: dict[str, Any] = {"kind": "translating", "offset": _offset(dice, 0.8 * base)}
+    else:
+        follower, cam["center_distance"], stroke = _swing(dice, base + radius, min(stroke, 0.7 * base))
+    data: dict[str, Any] = {"cam": cam, "follower": follower, "motion": _round_trip(dice, stroke)}
+    most = float(np.degrees(np.arctan2(2.0 * radius, cam["width"])))
+    data["roller"] = {"shape": "cone", "diameter": 2.0 * radius, "length": cam["width"] * dice.between(0.3, 1.0)}
+    data["roller"]["half_angle"] = dice.one(-1.0, 1.0) * min(most, 79.0) * dice.log(0.01, 0.95)
     _bored(dice, cam, base)
     return data
 

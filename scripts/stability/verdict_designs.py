@@ -169,7 +169,7 @@ def _drum(dice: Dice, form: str, swings: bool) -> Data:
     return data
 
 
-def _disc(dice: Dice, face: str, swings: bool) -> Data:
+def _disc(dice: Dice, face: str, swings: bool, shapes: tuple[str, ...] = ("cylinder", "crowned")) -> Data:
     trip = Trip(dice)
     base, width = dice.between(38.0, 60.0), dice.between(10.0, 18.0)
     radius = {"roller": dice.between(0.18, 0.3) * base, "curved": dice.between(1.2, 2.0) * base, "flat": 0.0}[face]
@@ -192,7 +192,7 @@ def _disc(dice: Dice, face: str, swings: bool) -> Data:
     data: Data = {"cam": cam, "follower": follower, "motion": motion}
     bored(dice, cam, base, 8.0)
     if face == "roller":
-        data["roller"] = roller(dice, radius, width * dice.between(0.8, 1.0))
+        data["roller"] = roller(dice, radius, width * dice.between(0.8, 1.0), shapes)
     elif face == "curved":
         follower["face_radius"] = radius
     else:
@@ -516,6 +516,8 @@ KINDS: dict[str, Callable[[Dice], Data]] = {
     "groove and rim": _groove_and_rim,
     "linear": _linear,
     "linear edge": _linear_edge,
+    "disc, cone": lambda dice: _disc(dice, "roller", False, ("cone",)),
+    "disc, swinging cone": lambda dice: _disc(dice, "roller", True, ("cone",)),
 }
 """how a design of every kind is made; the kind of a seed is that of its remainder"""
 SEVERAL = ("both faces", "groove and rim")
@@ -530,11 +532,14 @@ SLID = 80_000
 """linear cams vibrate from here on"""
 EDGE_SEED, THIRD_KINDS = 70_000, 25
 """edges of plates come from here on; kinds of the seeds below"""
+CONE_SEED, FOURTH_KINDS = 90_000, 26
+"""discs of conical rollers come from here on; kinds of the seeds below"""
 
 
 def kinds_of(seed: int) -> tuple[str, ...]:
     """The kinds that a seed may have."""
-    bounds = (FIRST_SEED, FIRST_KINDS), (LINEAR_SEED, SECOND_KINDS), (EDGE_SEED, THIRD_KINDS)
+    bounds = ((FIRST_SEED, FIRST_KINDS), (LINEAR_SEED, SECOND_KINDS), (EDGE_SEED, THIRD_KINDS),
+              (CONE_SEED, FOURTH_KINDS))  # fmt: skip
     return tuple(KINDS)[: next((count for end, count in bounds if seed < end), len(KINDS))]
 
 

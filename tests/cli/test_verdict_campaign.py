@@ -12,7 +12,19 @@ from tests.places import ROOT
 sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 
 from verdict import asked, design_of, of_fault, run_fault, run_sound, table
-from verdict_designs import EDGE_SEED, FIRST_SEED, KINDS, LAWS, LINEAR_SEED, THIRD_KINDS, furnished, kind_of, sound
+from verdict_designs import (
+    CONE_SEED,
+    EDGE_SEED,
+    FIRST_SEED,
+    FOURTH_KINDS,
+    KINDS,
+    LAWS,
+    LINEAR_SEED,
+    THIRD_KINDS,
+    furnished,
+    kind_of,
+    sound,
+)
 from verdict_faults import (
     FAULTS,
     FIRST,
@@ -28,6 +40,7 @@ from verdict_faults import (
 
 from camgeom.checks import checks
 
+CONES = tuple(kind for kind in KINDS if kind.endswith("cone"))
 CLASSES = count_of(FIRST_SEED)
 SECOND = FIRST_SEED + FIRST - FIRST_SEED % CLASSES + CLASSES
 """the first seed of the classes after the first 27"""
@@ -36,9 +49,10 @@ SECOND = FIRST_SEED + FIRST - FIRST_SEED % CLASSES + CLASSES
 def test_a_seed_gives_one_design_and_one_fault() -> None:
     assert sound(17) == sound(17)
     assert of_fault(17) == of_fault(17)
-    assert {kind_of(seed) for seed in range(FIRST_SEED, FIRST_SEED + len(KINDS))} == set(KINDS) - {*SLIDES}
-    assert {kind_of(seed) for seed in range(LINEAR_SEED, LINEAR_SEED + len(KINDS))} == set(KINDS) - {"linear edge"}
-    assert {kind_of(seed) for seed in range(EDGE_SEED, EDGE_SEED + len(KINDS))} == set(KINDS)
+    assert {kind_of(seed) for seed in range(FIRST_SEED, FIRST_SEED + len(KINDS))} == set(KINDS) - {*SLIDES, *CONES}
+    assert {kind_of(seed) for seed in range(LINEAR_SEED, LINEAR_SEED + len(KINDS))} == set(KINDS) - {"linear edge", *CONES}
+    assert {kind_of(seed) for seed in range(EDGE_SEED, EDGE_SEED + len(KINDS))} == set(KINDS) - {*CONES}
+    assert {kind_of(seed) for seed in range(CONE_SEED, CONE_SEED + len(KINDS))} == set(KINDS)
     assert {of_fault(seed)[0] for seed in range(LINEAR_SEED, LINEAR_SEED + len(FAULTS))} == set(FAULTS)
 
 
@@ -81,10 +95,10 @@ def test_faults_of_the_other_checks_are_told_by_them(first: int) -> None:
 
 
 LINEAR = LINEAR_SEED + THIRD_KINDS - LINEAR_SEED % THIRD_KINDS - 1
-EDGE = EDGE_SEED + len(KINDS) - EDGE_SEED % len(KINDS) - 1
+EDGE = EDGE_SEED + FOURTH_KINDS - EDGE_SEED % FOURTH_KINDS - 1
 
 
-@pytest.mark.parametrize("seed", [LINEAR, LINEAR + THIRD_KINDS, EDGE, EDGE + len(KINDS)])
+@pytest.mark.parametrize("seed", [LINEAR, LINEAR + THIRD_KINDS, EDGE, EDGE + FOURTH_KINDS])
 def test_sound_linear_cams_raise_no_alarm(seed: int) -> None:
     assert furnished(seed)["cam"]["kind"] == "linear"
     assert run_sound(seed).outcome == "quiet"
@@ -96,6 +110,19 @@ def test_faults_of_linear_cams_are_told(name: str) -> None:
     data = sound(LINEAR, "linear")
     told, _, said = asked(name, data, injected(name, data, "linear", LINEAR))
     assert told, said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", CONES)
+@pytest.mark.parametrize("turn", range(4))
+def test_discs_of_cones_are_judged_right(kind: str, turn: int) -> None:
+    seed = CONE_SEED + len(KINDS) * turn - CONE_SEED % len(KINDS) + len(KINDS) + list(KINDS).index(kind)
+    assert kind_of(seed) == kind
+    assert run_sound(seed).outcome == "quiet"
+    for name in [name for name, fault in FAULTS.items() if kind in fault.kinds][turn::4]:
+        data = sound(seed, kind)
+        told, _, said = asked(name, data, injected(name, data, kind, seed))
+        assert told, (name, said)
 
 
 def test_every_check_has_a_fault_or_a_reason_why_not() -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import acos, asin, pi, radians, sin, sqrt, tan
+from math import acos, asin, cos, pi, radians, sin, sqrt, tan
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -230,6 +230,14 @@ def _disc(cam, follower, roller, lift, low, high):
     if face == "flat":
         return [Judge(_flat(cam, follower, lift, sense), _planes(cam, 0.0, width), genus=_genus(cam))]
     place = _place(cam, follower, radius, lift)
+    if face == "roller" and roller["shape"] == "cone":
+        lean = radians(roller["half_angle"])
+        flat = _centre_distance(place, radius, sense)
+
+        def leaning(x, phi, k):
+            return (flat(x, phi, k) - tan(lean) * (x[..., 2] - 0.5 * width)) * cos(lean)
+
+        return [Judge(leaning, _planes(cam, 0.0, width), genus=_genus(cam))]
     if cam.get("form", "external") == "external":
         return [Judge(_centre_distance(place, radius, sense), _planes(cam, 0.0, width), genus=_genus(cam))]
     flat = _centre_distance(place, radius + cam.get("running_clearance", 0.0), sense)

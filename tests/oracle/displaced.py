@@ -386,7 +386,8 @@ def _planar(cam, follower, roller, lift, low, high):
             home = np.array([a - arm * cos(start), way * arm * sin(start), 0.0])
             outward = None
     kind, base = ("flat", lambda k: outward) if face == "flat" else ("roller", 0.0)
-    return Follower(sense, lift, joint, lambda k: (home, z), middle, r, kind=kind, base=base)
+    cone = {"slope": _slope(roller or {}, True), "centre": middle}
+    return Follower(sense, lift, joint, lambda k: (home, z), middle, r, **cone, kind=kind, base=base)
 
 
 def _frame(cam, follower, roller, lift, low, high):

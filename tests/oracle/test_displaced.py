@@ -28,6 +28,7 @@ EXACT = 1e-8
 THETA = np.radians([20.0, 93.0, 200.0])
 PLATE_THETA = np.radians([12.0, 70.0, 115.0, 262.0])
 
+CONE = '[roller]\nshape = "cone"\ndiameter = 22\nlength = 12\nhalf_angle = 9'
 SWINGING = 'kind = "swinging"\narm = 80'
 
 
@@ -97,6 +98,8 @@ CASES: dict[str, dict[str, Any]] = {
     "roller, cw": _disc('kind = "translating"\noffset = 6', ROLLER, 'direction = "cw"'),
     "swinging roller": _disc(SWINGING, ROLLER, "center_distance = 95", 18.0),
     "swinging roller, right": _disc(SWINGING + '\nside = "right"', ROLLER, "center_distance = 95", 18.0),
+    "cone": _disc('kind = "translating"\noffset = -6', CONE),
+    "swinging cone, disc": _disc(SWINGING, CONE.replace("= 9", "= -14"), "center_distance = 95", 18.0),
     "flat face": _disc('kind = "translating"\nface = "flat"', lift=7.0),
     "swinging flat face": _disc(SWINGING + '\nface = "flat"', cam="center_distance = 95", lift=6.0),
     "curved face": _disc('kind = "translating"\nface = "curved"\nface_radius = 40'),

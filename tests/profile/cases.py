@@ -74,6 +74,8 @@ def _profile(name: str) -> str:
 CASES: dict[str, tuple[str, Data]] = {
     "disc, roller": (DISC + SLIDING + ROLLER, {}),
     "disc, flat face": (DISC + SLIDING, {"follower.face": "flat", "follower.face_width": 60.0}),
+    "disc, cone": (DISC + SLIDING + ROLLER, {"roller.shape": "cone", "roller.half_angle": 8.0}),
+    "disc, arm with cone": (DISC + SWINGING + ROLLER, {**PIVOT, "roller.shape": "cone", "roller.half_angle": -8.0}),
     "disc, knife": (DISC + SLIDING, {"follower.face": "knife"}),
     "disc, curved face": (DISC + SLIDING, {"follower.face": "curved", "follower.face_radius": 60.0}),
     "disc, groove": (DISC + SLIDING + ROLLER, GROOVE),
