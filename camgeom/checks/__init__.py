@@ -229,8 +229,8 @@ def refuse_coarse(model: Model, turn: Turn = "steady") -> None:
 
 
 OF_SOME: dict[str, tuple[Need, ...]] = {
-    "planar": ("profiles",), "turret": ("turret",), "dynamics": ("dynamics", "impact"), "cutter": ("cutter",),
-    "root": ("root",), "tolerance": ("tolerance",), "bearing": ("rated", "any rated"),
+    "planar": ("profiles", "planar"), "turret": ("turret",), "dynamics": ("dynamics", "impact"),
+    "cutter": ("cutter",), "root": ("root",), "tolerance": ("tolerance",), "bearing": ("rated", "any rated"),
 }  # fmt: skip
 """Files of checks of which each needs one of these: not imported for a model that has none of them."""
 

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import signal
+import sys
 from collections.abc import Sequence
+from importlib import import_module
+from threading import current_thread, main_thread
 from typing import Any
 
 import numpy as np
@@ -12,14 +16,18 @@ from camgeom.maths.mesh import Mesh
 
 
 def library() -> Any:
-    """manifold3d. An interrupt that comes while it loads is told by it as an import that failed."""
-    try:
-        import manifold3d
-    except ImportError as error:
-        if KeyboardInterrupt.__name__ in str(error):
-            raise KeyboardInterrupt from None
-        raise
-    return manifold3d
+    """manifold3d. An interrupt that comes while it loads waits: inside of it, it would end the process."""
+    if "manifold3d" not in sys.modules and current_thread() is main_thread():
+        came: list[int] = []
+        before = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
+        try:
+            import_module("manifold3d")
+        finally:
+            # None: a handler that is not Python's
+            signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)
+        if came:
+            signal.raise_signal(signal.SIGINT)
+    return import_module("manifold3d")
 
 
 def subtract(blank: Mesh, tools: Sequence[Mesh]) -> Mesh:

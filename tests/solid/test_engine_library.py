@@ -1,28 +1,60 @@
-"""An interrupt while the geometry engine loads is an interrupt."""
+"""An interrupt while the geometry engine loads is an interrupt, and waits until it has loaded."""
 
 from __future__ import annotations
 
-import builtins
+import subprocess
+import sys
+from threading import Thread
 
 import pytest
 
 from camgeom.solid.engine import library
 
+INTERRUPTED = """
+import enum, os, signal, sys
+import numpy
+from camgeom.solid.engine import library
 
-@pytest.mark.parametrize(
-    ("told", "raised"),
-    [("Traceback (most recent call last):\n\nKeyboardInterrupt: ", KeyboardInterrupt), ("no such file", ImportError)],
-)
-def test_an_import_that_an_interrupt_ends(
-    monkeypatch: pytest.MonkeyPatch, told: str, raised: type[BaseException]
-) -> None:
-    real = builtins.__import__
+signal.signal(signal.SIGINT, {handler})
+make, count = enum.EnumType.__call__, 0
+def interrupting(cls, *given, **named):
+    global count
+    count += 1
+    if count == {at}:
+        os.kill(os.getpid(), signal.SIGINT)
+    return make(cls, *given, **named)
+enum.EnumType.__call__ = interrupting
+try:
+    library()
+    print("loaded")
+except KeyboardInterrupt:
+    print("interrupted", "manifold3d" in sys.modules)
+assert count >= {at}, count
+"""
 
-    def loads(name: str, *rest, **named):
-        if name == "manifold3d":
-            raise ImportError(told)
-        return real(name, *rest, **named)
 
-    monkeypatch.setattr(builtins, "__import__", loads)
-    with pytest.raises(raised):
+@pytest.mark.parametrize("at", [3, 5])
+@pytest.mark.parametrize(("handler", "said"), [("signal.default_int_handler", "interrupted True"),
+                                               ("signal.SIG_IGN", "loaded")])  # fmt: skip
+def test_an_interrupt_waits_while_the_engine_loads(at: int, handler: str, said: str) -> None:
+    """Its enumerations are made by Python, where an interrupt ended the process: "terminate called"."""
+    code = INTERRUPTED.format(at=at, handler=handler)
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stdout.strip(), ended.stderr) == (0, said, "")
+
+
+def test_the_engine_loads_in_another_thread() -> None:
+    code = "from threading import Thread; from camgeom.solid.engine import library\n"
+    code += "found = []; thread = Thread(target=lambda: found.append(library())); thread.start(); thread.join()\n"
+    code += "print(found[0].__name__)"
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stdout.strip(), ended.stderr) == (0, "manifold3d", "")
+    thread = Thread(target=library)
+    thread.start()
+    thread.join()
+
+
+def test_an_engine_that_is_missing_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "manifold3d", None)
+    with pytest.raises(ImportError):
         library()
