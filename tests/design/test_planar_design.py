@@ -122,11 +122,8 @@ def test_outlines_are_written_as_data(tmp_path) -> None:
 
 def test_other_cams_have_no_outlines(tmp_path) -> None:
     assert pin_cam().mechanism(pin_setup()).touches == ()
-    groove = disc().profile
     with pytest.raises(ExportError, match="only planar"):
-        write(type("Other", (), {"planar": None, "profile": groove})(), tmp_path / "x.outline.csv")
-
-
+        write(Model(read_profile(PROFILES / "pin_insertion.toml")), tmp_path / "x.outline.csv")
 
 
 @pytest.mark.parametrize("name", ["disc_offset_roller", "disc_flat_face"])

@@ -230,7 +230,7 @@ def _disc(cam, follower, roller, lift, low, high):
     if face == "flat":
         return [Judge(_flat(cam, follower, lift, sense), _planes(cam, 0.0, width), genus=_genus(cam))]
     place = _place(cam, follower, radius, lift)
-    if face == "roller" and roller["shape"] == "cone":
+    if face == "roller" and (roller or {}).get("shape") == "cone":
         lean = radians(roller["half_angle"])
         flat = _centre_distance(place, radius, sense)
 
