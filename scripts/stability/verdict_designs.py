@@ -440,7 +440,8 @@ def _linear(dice: Dice) -> Data:
     stroke = tan(radians(dice.between(10.0, 22.0))) * travel / (2.0 * pi) / trip.velocity
     cam: Data = {"kind": "linear", "stroke": travel, "drive": "simple-harmonic", "groove_depth": length + 1.0}
     cam |= {"thickness": length + 1.0 + wall, "start": radius + wall, "length": travel + 2.0 * (radius + wall)}
-    cam |= {"edge": radius + wall, "width": stroke + 2.0 * (radius + wall), "moving_mass": dice.between(2.0, 8.0)}
+    cam |= {"edge": radius + wall, "width": stroke + 2.0 * (radius + wall)}
+    cam["moving_mass"] = dice.between(2.0, 8.0) + blank_mass(cam, cam["width"])
     if dice.chance(0.3):
         cam["running_clearance"] = dice.between(0.005, 0.02)
     motion = trip.segments(stroke)
@@ -460,7 +461,8 @@ def _linear_edge(dice: Dice) -> Data:
     stroke = tan(radians(dice.between(10.0, 22.0))) * travel / (2.0 * pi) / trip.velocity
     cam: Data = {"kind": "linear", "form": "edge", "stroke": travel, "drive": "simple-harmonic"}
     cam |= {"thickness": length * dice.between(1.0, 2.0), "start": radius + wall, "edge": radius + wall}
-    cam |= {"length": travel + 2.0 * (radius + wall), "moving_mass": dice.between(2.0, 8.0)}
+    cam["length"] = travel + 2.0 * (radius + wall)
+    cam["moving_mass"] = dice.between(2.0, 8.0) + blank_mass(cam, stroke + radius + wall)
     motion = trip.segments(stroke)
     for segment in motion:
         segment["until"] *= travel / 360.0
@@ -469,6 +471,11 @@ def _linear_edge(dice: Dice) -> Data:
     # Where the edge is sharpest it has about half the roller's radius, see `loaded`.
     loaded(dice, data, 0.5 * radius * length, swayed(data), True)
     return data
+
+
+def blank_mass(cam: Data, height: float) -> float:
+    """kg of the steel plate that a linear cam is cut from, which is heavier than the cam itself."""
+    return float(7.85e-6 * cam["thickness"] * cam["length"] * height)
 
 
 def swayed(data: Data) -> float:
