@@ -178,7 +178,8 @@ class Linear(Cam):
             return [problem("cam.inclination", self.inclination, limit)]
         found = []
         if not -low < self.start < self.length - high:
-            limit = f"between {-low:g} and {self.length - high:g} mm, so that the roller stays on the plate's length"
+            ends = f"above {0.0 - low:g} and below {self.length - high:g} mm"
+            limit = f"{ends}, so that the roller stays on the plate's length"
             found.append(problem("cam.start", self.start, limit))
         if self.edge <= -foot:
             limit = f"above {-foot:g} mm, so that the edge stays above the plate's foot y = 0"

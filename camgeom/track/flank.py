@@ -248,11 +248,11 @@ class Flank:
         """Angle between the contact normal and the velocity of the follower point, rad, (n, m).
 
         at="surface" takes the velocity of the contact point, at="axis" that of the axis point beside it (the
-        classical figure of globoidal cams). In a plate that slides it is always that one: as of all planar cams, whose
-        roller turns on its pin, so that its force passes through its middle.
+        classical figure of globoidal cams). Of rollers that stay upright, those of discs and plates, it is always that
+        one: as of all planar cams, whose roller turns on its pin, so that its force passes through its middle.
         """
         u, _, _ = self._vectors
-        middle = at == "axis" or self.track.carriage is not None
+        middle = at == "axis" or self.track.upright
         point = self.pose.a[0][:, :, None] + self._stations[0][None] * u if middle else self.x
         e = self._carried(point)
         normal = self.n

@@ -20,6 +20,7 @@ from camgeom.mechanics.material import STEEL, pair_compliance
 from camgeom.model import Model
 from camgeom.profile import from_data
 from camgeom.report.result import compute
+from camgeom.report.sections.design import part_views
 from camgeom.track.flank import Flank
 
 DATA: dict[str, Any] = {
@@ -168,6 +169,70 @@ def test_a_cone_of_no_angle_is_the_cylinder() -> None:
     figures = [compute(one, ("contact", "fatigue", "motion")).data for one in (cone, cylinder)]
     for name in ("peak_force_n", "peak_pressure_mpa", "peak_torque_n_m"):
         assert figures[0]["contact"][name] == pytest.approx(figures[1]["contact"][name], rel=1e-6), name
+
+
+def swung(half_angle: float, **tables: dict[str, Any]) -> dict[str, Any]:
+    """A profile with an arm; no half angle: of a cylinder."""
+    motion = tuple({**move, "to": 12.0} if move.get("to") else move for move in DATA["motion"])
+    roller = DATA["roller"] | {"half_angle": half_angle}
+    if half_angle == 0.0:
+        roller = {"shape": "cylinder", "diameter": roller["diameter"], "length": roller["length"]}
+    follower = {"kind": "swinging", "arm": 70.0, "inertia": 0.01} | tables.get("follower", {})
+    cam = DATA["cam"] | {"center_distance": 85.0} | tables.get("cam", {})
+    return {"name": "arm", "cam": cam, "follower": follower, "roller": roller, "motion": motion} | {
+        name: table for name, table in tables.items() if name not in ("cam", "follower")
+    }
+
+
+@pytest.mark.parametrize("half_angle", [0.0, 1e-6, 10.0, -10.0])
+@pytest.mark.parametrize(("side", "direction"), [("left", "ccw"), ("right", "ccw"), ("left", "cw")])
+def test_pressure_angle_under_an_arm_is_that_of_the_roller_on_its_pin(
+    half_angle: float, side: str, direction: str
+) -> None:
+    """The arm's end, placed from the keys, moves square to the arm; the contact's force goes through it."""
+    data = swung(half_angle, follower={"side": side}, cam={"direction": direction})
+    theta = np.linspace(0.0, 2.0 * pi, 36001)[:-1]
+    hair = 1e-5
+    places = [centres(data, theta + step) for step in (-hair, 0.0, hair)]
+    along = places[2] - places[0]
+    normal = np.stack([-along[1], along[0]]) / np.hypot(*along)
+    sense, pivot = (1.0 if direction == "ccw" else -1.0), 85.0
+    arm = places[1] - pivot * np.stack([np.cos(sense * theta), -np.sin(sense * theta)])
+    square = np.stack([-arm[1], arm[0]]) / np.hypot(*arm)
+    cosine = np.abs((normal * square).sum(axis=0)) * cos(radians(half_angle))
+    wanted = degrees(acos(float(cosine.min())))
+    model = Model(from_data(data, "arm"))
+    (found,) = findings(model, ["pressure-angle"])
+    assert found.value == pytest.approx(wanted, abs=1e-4)
+    # What the flank is painted with is what is judged.
+    (track,) = model.tracks
+    painted = Flank(track, theta, np.array([10.0]), track.sides[0]).pressure_angle()
+    assert degrees(float(painted.max())) == pytest.approx(wanted, abs=1e-4)
+    for share, level in ((0.999, "fail"), (1.001, "pass")):
+        limits = {"pressure_angle_deg": share * wanted}
+        (judged,) = findings(Model(from_data(data | {"limits": limits}, "arm")), ["pressure-angle"])
+        assert judged.level == level
+
+
+def test_the_quoted_place_is_a_height_and_no_radius() -> None:
+    flank = compute(made(), ("flank",)).data["flank"]
+    assert "pitch_radius_mm" not in flank
+    assert "pitch_pressure_angle_deg" not in flank
+
+
+@pytest.mark.parametrize("half_angle", [10.0, -10.0])
+def test_what_lies_behind_its_section_leans_too(half_angle: float) -> None:
+    """The ends of either face as far out as that face reaches behind the section, not as the larger one does."""
+    model = made(roller={"half_angle": half_angle})
+    mesh = model.solid.mesh
+    (along, _) = part_views(model, (("cam", mesh),))
+    shown = [path.points for path in along.paths if path.kind == "outline"]
+    drawn = np.concatenate([*shown, *(loop for region in along.regions for loop in region.loops)])
+    behind = mesh.vertices[mesh.vertices[:, 1] >= 0.0]
+    for z in (0.0, 20.0):
+        wanted = behind[np.abs(behind[:, 2] - z) < 1e-9, 0]
+        found = drawn[np.abs(drawn[:, 0] - z) < 1e-9, 1]
+        assert (found.min(), found.max()) == pytest.approx((wanted.min(), wanted.max()), abs=0.02), z
 
 
 def test_ends_of_the_lean_have_two_sides() -> None:

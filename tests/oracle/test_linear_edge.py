@@ -198,6 +198,11 @@ def test_an_edge_that_leaves_the_plate_is_refused_and_one_just_within_is_not(key
         plate(**{key: last - way * 1e-3})
 
 
+def test_a_place_beyond_the_plate_is_told_bounds_that_it_may_not_have() -> None:
+    with pytest.raises(ProfileError, match="above 0 and below 50 mm, so that the roller stays"):
+        plate(start=50.0)
+
+
 @pytest.mark.parametrize(("tool", "reach"), [({"kind": "roller"}, RADIUS), ({"kind": "flat", "diameter": 12.0}, 6.0)])
 @pytest.mark.parametrize("milling", ["climb", "conventional"])
 def test_the_tool_goes_round_the_plate_and_never_into_it(tool: dict[str, object], reach: float, milling: str) -> None:

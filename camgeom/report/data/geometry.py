@@ -148,7 +148,8 @@ def _angles(model: Model) -> dict[str, Any]:
 
 def _quoted(model: Model) -> dict[str, Any]:
     radius = model.mechanism.quoted_radius
-    if radius is None or model.planar is not None:
+    # On a roller parallel to the cam's axis that place is a height and no radius, and its pressure angle the largest.
+    if radius is None or model.planar is not None or all(track.upright for track in model.tracks):
         return {}
     at = max((s.pressure_angle_at(radius) for s in model.flanks), key=lambda e: e.value)
     # A roller may stand in the cam with less than half of its length.

@@ -155,12 +155,16 @@ def _beyond(model: Model, meshes: Meshes) -> list[Path]:
     found = []
     for _, mesh in meshes:
         behind = mesh.vertices[mesh.vertices[:, 1] > 0.0]
-        cut = np.concatenate(outlines(mesh, 1, 0.0))[:, 0]
-        z = np.array([mesh.vertices[:, 2].min(), mesh.vertices[:, 2].max()])
-        for end, there in ((behind[:, 0].max(), cut.max()), (behind[:, 0].min(), cut.min())):
-            if abs(end) > abs(there):
-                box = np.array([[z[0], there], [z[0], end], [z[1], end], [z[1], there]])
-                found.append(Path(box))
+        cut = np.concatenate(outlines(mesh, 1, 0.0))
+        faces = [float(mesh.vertices[:, 2].min()), float(mesh.vertices[:, 2].max())]
+        near = 1e-9 * (faces[1] - faces[0])
+        for way in (1.0, -1.0):  # a flank that leans reaches another place at either face
+            end, there = (
+                [float((way * x[np.abs(x[:, 2] - z) <= near, 0]).max()) for z in faces] for x in (behind, cut)
+            )
+            if any(one > other for one, other in zip(end, there)):
+                shown = [(faces[0], there[0]), (faces[0], end[0]), (faces[1], end[1]), (faces[1], there[1])]
+                found.append(Path(np.array(shown) * [1.0, way]))
     return found
 
 
