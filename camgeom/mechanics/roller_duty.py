@@ -217,9 +217,15 @@ class RollerDuty:
 
     @cached_property
     def square_spot(self) -> float | None:
-        """Pressure, MPa, of the hardest contact, were its roller square to its flank; None where no tilt is solved."""
-        if self.finite is None or not self.ends.tilt:
+        """Pressure, MPa, of the hardest contact, were its roller square to its flank; None where no tilt is solved.
+
+        Of a roller whose ends are not stated either it is that of the line, as by its profile without the tilt.
+        """
+        if self.finite is None or self.squared is None:
             return None
+        without = self.squared[1]
+        if without.level == "line":
+            return without._at(without.hardest_pressure, self.least_peak.cam_angle)
         from camgeom.mechanics.finite_turn import square
 
         return square(self.finite.hardest[1])

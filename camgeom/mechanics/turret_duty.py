@@ -275,10 +275,13 @@ class TurretDuty:
         """Peak contact pressure of every slice, MPa, (n, k, m); infinite where it bears on a wall that it undercuts."""
         if self.finite is not None:
             return self.finite.pressure(self.tracks[0].meridian.jet(self.engagement.stations)[0] - self._middles[0])
-        pair = pair_compliance(self.roller, self.cam)
-        k = self._walls(self.engagement.curvature)
-        folded = (k <= 0.0) & (self.line_load > 0.0)
-        return np.where(folded, np.inf, line_pressure(self.line_load, np.where(k > 0.0, k, 1.0 / self._radius), pair))
+        return self._as_line(self.line_load, self._walls(self.engagement.curvature))
+
+    def _as_line(self, load: Floats, k: Floats) -> Floats:
+        """Hertz's pressure, MPa, of loads per length, N/mm, on walls of relative curvature k, 1/mm; inf undercut."""
+        pair, hollow = pair_compliance(self.roller, self.cam), k <= 0.0
+        pressed = line_pressure(load, np.where(hollow, 1.0 / self._radius, k), pair)
+        return np.where(hollow & (load > 0.0), np.inf, pressed)
 
     def pressure_at(self, track: int, phi: Floats, t: Floats, wall: npt.NDArray[np.intp]) -> Floats:
         """Peak pressure, MPa, (n, m), of the rollers of a track on a wall (n,), 0 that of a negative lever, else 1.
@@ -640,7 +643,8 @@ class TurretDuty:
     def square_spot(self) -> float | None:
         """Pressure, MPa, at the hardest cam angle, were all rollers square to their flanks; None where none is tilted.
 
-        Where the torque alone presses them, which a tilt that wedges its roller in the groove may exceed by far.
+        Where the torque alone presses them, which a tilt that wedges its roller in the groove may exceed by far. Of
+        rollers whose ends are not stated either it is that of the line, as by their profile without the tilt.
         """
         if self.finite is None or self.squared is None:
             return None
@@ -649,6 +653,8 @@ class TurretDuty:
         theta = np.array([self.least_peak.cam_angle])
         square, at = self.squared[1], self.beside.once(theta)
         load, approach = square._shared(square.slices(at), self.force.panels.at(self.force.force, theta))
+        if square.level == "line":
+            return float(square._as_line(load, at.curvature).max())
         found = square._finite(at, load, approach + square._drop(at))
         return inf if found is None else pressure_of(found.most_loaded)
 

@@ -174,6 +174,20 @@ def test_advice_about_tilt_solves_one_contact_and_no_turn(tilted_return: str, mo
     assert squared_remedy(duty, duty.square_spot * 1.001).endswith(words)
 
 
+@pytest.mark.parametrize("name", ["disc_offset_roller", "conical_disc", "linear_edge"])
+def test_the_tilt_of_a_roller_with_sharp_ends_is_blamed_where_its_line_alone_would_pass(name: str) -> None:
+    """Without the tilt its profile is rated by the line, whose ends press no more than the middle."""
+    plain = CYLINDER if name == "disc_offset_roller" else {}
+    tilted, square = made(name, **plain, misalignment_deg=0.05).duty, made(name, **plain).duty
+    assert (tilted.level, square.level) == ("finite", "line")
+    alone = square._at(square.hardest_pressure, tilted.least_peak.cam_angle)
+    for share, blamed in ((0.999, False), (1.001, True)):
+        model = made(name, pressure=share * alone, **plain, misalignment_deg=0.05)
+        (found,) = judge(model, ["contact-pressure"]).findings
+        assert found.level == "fail"
+        assert found.advice.startswith("a smaller roller.misalignment_deg: without it") == blamed
+
+
 def test_a_sharp_end_is_told_by_the_table_of_its_roller(tilted_return: str) -> None:
     _, reasons = said(read(tilted_return.replace('shape = "crowned"\ncrown = "logarithmic"\n', "")), "contact-pressure")
     assert len(reasons) == 1

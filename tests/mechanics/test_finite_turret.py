@@ -173,6 +173,21 @@ def test_without_tilt_the_hardest_angle_is_shared_and_pressed_anew(tilted: Model
         assert ("without it the roller presses there" in found.advice) == advised
 
 
+def test_without_tilt_rollers_with_sharp_ends_press_as_lines() -> None:
+    """At that cam angle, as in the profile without the tilt; the advice says it up to the limit."""
+    duty, square = duty_of(made(misalignment_deg=0.02)), duty_of(made())
+    assert (duty.level, square.level) == ("finite", "line")
+    n = int(np.argmin(np.abs(square.theta - duty.least_peak.cam_angle)))
+    assert duty.square_spot is not None
+    # A line is looked at in fewer slices, whose outermost stands farther from the end.
+    assert duty.square_spot == pytest.approx(float(square.pressure[n].max()), rel=0.01)
+    for share, advised in ((0.999, False), (1.001, True)):
+        limits = {"contact_pressure_mpa": duty.square_spot * share}
+        (found,) = judge(made(limits=limits, misalignment_deg=0.02), ["turret-pressure"]).findings
+        assert found.level == "fail"
+        assert ("without it the roller presses there" in found.advice) == advised
+
+
 def test_the_peak_is_judged_and_told(tilted: Model) -> None:
     peak = duty_of(tilted).least_peak.value
     for limit, level in ((1.002 * peak, "pass"), (0.998 * peak, "fail")):
