@@ -38,7 +38,7 @@ from camgeom.body.ring import RingMesh, Section, even_planes, ring_of
 from camgeom.body.section import Fineness, GroovedSection
 from camgeom.body.solver import elastic
 from camgeom.body.sparse_solver import AT_ONCE, SparseElastic
-from camgeom.body.tetra import NEEDS, PointLoad, TetraMesh, filled
+from camgeom.body.tetra import NEEDS, PointLoad, TetraMesh, filled, solid_cut
 from camgeom.body.volume import NO_LOAD, unfilled
 from camgeom.errors import DesignError
 from camgeom.immutable import immutable
@@ -49,9 +49,9 @@ from camgeom.mechanics.material import Material
 from camgeom.mechanics.roller_duty import RollerDuty
 from camgeom.mechanics.turret_duty import TurretDuty
 from camgeom.solid import Part
-from camgeom.solid.cut import CutBlank, IndexingCut
+from camgeom.solid.cut import IndexingCut
 from camgeom.solid.drum import EndFaceRing, RibbedCylinder
-from camgeom.solid.prism import ConicalDisc, Prism
+from camgeom.solid.prism import Prism
 from camgeom.track import TURN, Track
 
 NO_BELOW = "below the contacts of several tracks, plates that slide and undercut bodies nothing is solved"
@@ -191,7 +191,7 @@ def unmeshed(parts: Sequence[Part], cutters: tuple[Track, ...]) -> str:
     if all(isinstance(one, Prism) for one in parts):
         pair = len(parts) > 1 and len(cutters) == len(parts) == 2
         return "takes one pressed body, and a pair's two discs press in turn" if pair else ""
-    if isinstance(parts[0], IndexingCut | CutBlank | ConicalDisc):
+    if isinstance(parts[0], IndexingCut) or solid_cut(parts[0]):
         return NEEDS if find_spec("pytetwild") is None else ""
     return f"needs the body's volume: {reason}" if (reason := unfilled(parts, cutters)) else ""
 
@@ -229,7 +229,7 @@ def below_rollers(
     elif groove is not None:
         section = GroovedSection.of(groove, Fineness())
         body = _Ring(section, lambda load: RollerLoad(section.groove, duty).patch(load.theta), own)
-    elif isinstance(part, CutBlank | ConicalDisc):
+    elif solid_cut(part):
         body = _Tetra(filled(part, surface()), own)
     else:
         raise DesignError(NO_BELOW)

@@ -26,6 +26,9 @@ from camgeom.maths.mesh import Mesh
 from camgeom.mechanics.material import Material
 from camgeom.mechanics.turret_duty import TurretDuty
 from camgeom.solid import Part
+from camgeom.solid.cut import CutBlank
+from camgeom.solid.drum import GroovedCylinder
+from camgeom.solid.prism import ConicalDisc
 from camgeom.worker import Worker, WorkerEnded
 
 Index = npt.NDArray[np.int64]
@@ -98,6 +101,11 @@ class TetraMesh:
         loads = np.zeros_like(self.nodes)
         np.add.at(loads, nodes[near], weight[:, :, None] * forces[:, None])
         return loads
+
+
+def solid_cut(part: Part) -> bool:
+    """Whether a body that a roller presses is no ring: a groove that runs out, a disc's leaning flank, a cone."""
+    return isinstance(part, CutBlank | ConicalDisc) or (isinstance(part, GroovedCylinder) and part.slope != 0.0)
 
 
 def filled(part: Part, surface: Mesh) -> TetraMesh:

@@ -27,7 +27,7 @@ from camgeom.body.plate import PlateSection
 from camgeom.body.rib import RibSection
 from camgeom.body.ring import RingMesh, ring_about
 from camgeom.body.section import Fineness, GroovedSection
-from camgeom.body.tetra import TetraVolume, filled, turret_load, turret_sample
+from camgeom.body.tetra import TetraVolume, filled, solid_cut, turret_load, turret_sample
 from camgeom.errors import DesignError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
@@ -38,9 +38,9 @@ from camgeom.mechanics.material import Material
 from camgeom.mechanics.roller_duty import RollerDuty
 from camgeom.mechanics.turret_duty import TurretDuty
 from camgeom.solid import Part
-from camgeom.solid.cut import CutBlank, IndexingCut
+from camgeom.solid.cut import IndexingCut
 from camgeom.solid.drum import EndFaceRing, RibbedCylinder
-from camgeom.solid.prism import ConicalDisc, Prism
+from camgeom.solid.prism import Prism
 from camgeom.track import TURN, Track
 
 Index = npt.NDArray[np.int64]
@@ -203,10 +203,9 @@ def unfilled(parts: Sequence[Part], cutters: tuple[Track, ...], several: Sequenc
     """
     if len(several) > 1:
         return "" if grooves_of(parts[0], several) is not None else NO_RING
-    filled_or_ring = isinstance(parts[0], EndFaceRing | RibbedCylinder | IndexingCut | CutBlank | ConicalDisc) or all(
-        isinstance(one, Prism) for one in parts
-    )
-    return "" if filled_or_ring or groove_of(parts[0], cutters) is not None else NO_RING
+    ring = isinstance(parts[0], EndFaceRing | RibbedCylinder | IndexingCut)
+    known = ring or solid_cut(parts[0]) or all(isinstance(one, Prism) for one in parts)
+    return "" if known or groove_of(parts[0], cutters) is not None else NO_RING
 
 
 def volume_of(
@@ -235,7 +234,7 @@ def volume_of(
         return BodyVolume(disc.name, ring_about(plate, patch.middle, STEP), material, patch)
     if isinstance(part, IndexingCut) and pressing.turret is not None:
         load = turret_load(pressing.turret, angle)
-    elif isinstance(part, CutBlank | ConicalDisc) and rollers:
+    elif solid_cut(part) and rollers:
         load = RollerForce(rollers[0]).points(angle)
     else:
         raise DesignError(NO_RING)

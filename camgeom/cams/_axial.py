@@ -11,7 +11,7 @@ from camgeom.errors import Problem
 from camgeom.maths import Floats
 from camgeom.motion.program import Program
 from camgeom.track import Joint, Slide, Swing, Vector
-from camgeom.track.follower import Setup, SwingingFollower, TranslatingFollower
+from camgeom.track.follower import AnyRoller, Setup, SphereRoller, SwingingFollower, TranslatingFollower
 
 Axial = TranslatingFollower | SwingingFollower
 FACES = ("face", "face_radius", "face_width", "face_offset")
@@ -23,6 +23,36 @@ def axial_idle(follower: Axial, body: str) -> dict[str, str]:
     found = idle(f"{kind} has none; a disc's translating follower has", "follower.offset")
     found |= idle(f"{kind} swings in the plane of the pivot, to neither side", "follower.side")
     return found | idle(f"{kind} carries a roller", *(f"follower.{key}" for key in FACES))
+
+
+def grooved_contact(roller: AnyRoller, outside: float, depth: float) -> tuple[float, float]:
+    """Stretch of a roller that touches the flanks of a groove, along its axis as `outside` and its floor count, mm."""
+    if isinstance(roller, SphereRoller):
+        centre = outside - depth + 0.5 * roller.diameter
+        return centre - (roller.length or 0.35 * roller.diameter), min(centre, outside)
+    return outside - roller.length, outside
+
+
+def ball_problems(roller: SphereRoller, depth: float) -> list[Problem]:
+    """What is wrong with a ball in a groove of a depth, mm."""
+    found = []
+    if depth > 0.5 * roller.diameter:
+        limit = f"at most half the ball's diameter, {0.5 * roller.diameter:g} mm (the equator must come out)"
+        found.append(problem("cam.groove_depth", depth, limit))
+    least = 0.5 * roller.diameter - depth
+    if (roller.length or 0.35 * roller.diameter) <= least:
+        limit = f"above {least:g} mm, from the ball's equator down into the groove"
+        found.append(problem("roller.length", roller.length, limit))
+    if (roller.length or 0.0) > 0.49 * roller.diameter:
+        found.append(problem("roller.length", roller.length, f"below {0.49 * roller.diameter:g} mm"))
+    return found
+
+
+def too_long(roller: AnyRoller, depth: float) -> list[Problem]:
+    """What is wrong with a roller longer than the wall that it touches, mm."""
+    if (roller.length or 0.0) <= depth:
+        return []
+    return [problem("roller.length", roller.length, f"at most the wall height {depth:g} mm")]
 
 
 def heights(follower: Axial, program: Program) -> Floats:

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from camgeom.cams import NO_GAPS, NO_RIB, ONE_WAY, REGULAR, Cam, idle, keyway_idle, problem, root_problems, sense_of
-from camgeom.cams._axial import arc_problems, axial_idle, heights, mount
+from camgeom.cams._axial import arc_problems, axial_idle, ball_problems, grooved_contact, heights, mount, too_long
 from camgeom.errors import DesignError, Problem
 from camgeom.immutable import immutable
 from camgeom.keys import Clearance, Gap, Length
@@ -153,10 +153,7 @@ class Cylindrical(Cam):
 
     def contact(self, roller: AnyRoller) -> tuple[float, float]:
         """Radial stretch of a roller that touches the flank, mm."""
-        if isinstance(roller, SphereRoller):
-            centre = self.floor_radius + 0.5 * roller.diameter
-            return centre - (roller.length or 0.35 * roller.diameter), min(centre, self.radius)
-        return self.radius - roller.length, self.radius
+        return grooved_contact(roller, self.radius, self.groove_depth)
 
     def _size_problems(self) -> list[Problem]:
         found = []
@@ -180,22 +177,10 @@ class Cylindrical(Cam):
         if roller is None:
             return [Problem("roller", "a cylindrical cam needs a roller", None, "a [roller] table")]
         if not isinstance(roller, SphereRoller):
-            if roller.length <= self.groove_depth:
-                return []
-            return [problem("roller.length", roller.length, f"at most the wall height {self.groove_depth:g} mm")]
+            return too_long(roller, self.groove_depth)
         if self.form == "rib":
             return [problem("roller.shape", roller.shape, "cylinder, cone or crowned, for form = 'rib'")]
-        found = []
-        if self.groove_depth > 0.5 * roller.diameter:
-            limit = f"at most half the ball's diameter, {0.5 * roller.diameter:g} mm (the equator must come out)"
-            found.append(problem("cam.groove_depth", self.groove_depth, limit))
-        least = 0.5 * roller.diameter - self.groove_depth
-        if (roller.length or 0.35 * roller.diameter) <= least:
-            limit = f"above {least:g} mm, from the ball's equator down into the groove"
-            found.append(problem("roller.length", roller.length, limit))
-        if (roller.length or 0.0) > 0.49 * roller.diameter:
-            found.append(problem("roller.length", roller.length, f"below {0.49 * roller.diameter:g} mm"))
-        return found
+        return ball_problems(roller, self.groove_depth)
 
     def _start_problems(self, setup: Setup) -> list[Problem]:
         """The groove or rib must meet the drum somewhere; where it runs out of an end it is cut open there."""

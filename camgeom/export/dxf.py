@@ -33,9 +33,10 @@ from camgeom.solid.frame import FramePlate
 from camgeom.solid.mechanism import Drum
 from camgeom.solid.prism import GroovedPlate, Loop, Prism
 from camgeom.track import TURN, Arc, Swing, Track
-from camgeom.track.developed import developed, drum_radii
+from camgeom.track.developed import developed, drum_radii, rolled_out
 from camgeom.track.follower import TurretFollower
 from camgeom.track.outline import CircleOutline, Outline, ParallelOutline
+from camgeom.track.section import ConeLevel
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -256,7 +257,8 @@ def plane_views(model: Model, cutter_radius: float | None = None) -> tuple[Plane
         # Plates have corners, where a tool's path is not the parallel curve.
         views.append(_outlines(model, model.mechanism.outlines, None))
     elif model.mechanism.drum is not None:
-        views += _drum(model, model.mechanism.drum)
+        drum = model.mechanism.drum
+        views += _cone(model, drum) if drum.slope else _drum(model, drum)
     if model.mechanism.turret is not None:
         views.append(_turret(model, model.mechanism.turret.follower))
     if model.mechanism.frame is not None:
@@ -407,6 +409,48 @@ def _drum(model: Model, drum: Drum) -> list[PlaneView]:
                     f"{cut} rolled out at the {word} radius {radius:.9g} mm, seen from outside",
                     f"x = azimuth times radius, circumference {TURN * radius:.9g} mm; y = z of the cam frame",
                     f"thin lines: boundaries of the motion's segments{whose}, cam angle",
+                ),
+            )
+        )
+    return views
+
+
+def _cone(model: Model, drum: Drum) -> list[PlaneView]:
+    """A cone's groove rolled out about the apex, at the outside and at the pitch depth."""
+    tracks, scale = model.cutters, sqrt(1.0 + drum.slope**2)
+    sense, sine = tracks[0].sense, drum.slope / scale
+    knots = [span.start for span in model.setup.program.spans] + [TURN]
+    views = []
+    for word, place in drum_radii(drum.radius, model.mechanism.quoted_radius or drum.radius):
+        depth = drum.radius - place
+        cone = ConeLevel(drum.radius - depth * scale, drum.slope)
+        low, high = (cone.at(z) / sine for z in (drum.low, drum.high))
+        wide, narrow = (low, high) if abs(low) > abs(high) else (high, low)
+
+        def at(long: float, azimuth: float) -> tuple[float, float]:
+            angle = sine * (azimuth - 0.5 * TURN)
+            return float(long * np.sin(angle)), float(-long * np.cos(angle))
+
+        bulge = float(np.tan(0.25 * TURN * sine))
+        corners = (at(low, 0.0), at(low, TURN), at(high, TURN), at(high, 0.0))
+        places = [((TURN - k) if sense > 0.0 else k, k) for k in knots]
+        beyond = float(wide + np.copysign(0.05 * max(drum.at(drum.low), drum.at(drum.high)), wide))
+        where = "outside" if word == "outer" else "pitch depth"
+        views.append(
+            PlaneView(
+                f"developed at the {where}",
+                rolled_out(tracks, cone, place),
+                (),
+                (
+                    Stroke("blank", corners, (bulge, 0.0, -bulge, 0.0), closed=True),
+                    *(Stroke("centre", (at(narrow, azimuth), at(beyond, azimuth))) for azimuth, _ in places),
+                ),
+                tuple(Label(at(2.0 * beyond - wide, azimuth), f"{degrees(k):.6g} deg") for azimuth, k in places),
+                (
+                    f"groove rolled out at the {where}, {depth:.9g} mm below the cone, seen from outside",
+                    f"origin at the apex; a turn takes {degrees(TURN * abs(sine)):.9g} deg of the sector, "
+                    f"from {abs(narrow):.9g} to {abs(wide):.9g} mm",
+                    "thin lines: boundaries of the motion's segments, cam angle",
                 ),
             )
         )

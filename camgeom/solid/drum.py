@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -11,39 +13,65 @@ from camgeom.errors import DesignError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.sampling import Grid, sample
+from camgeom.maths.surface import dot
 from camgeom.solid import TOUCHED, QuickPart, Solid, eased, stated
 from camgeom.solid.blank import Blank, Bore, Wall, close_ends
 from camgeom.solid.builder import Builder, add_grid, band_cells, wrapped_faces
 from camgeom.track import TURN, Track
-from camgeom.track.section import Column, GrooveSection, cylinder_level
+from camgeom.track.section import Column, ConeLevel, CylinderLevel, GrooveSection, cylinder_level, outside_level
 
+T = TypeVar("T")
+CORNER = 0.98
+"""aim of the sag of a cone's corners as a share of the tolerance"""
 WALL_SAMPLES = 360
+FACING = 0.71
+"""least cosine between a web and the normals of both of its edges"""
+THIN_WEB = "enlarge the drum, use a smaller roller, or give the steep motion more cam angle"
 WEB_DEPTHS = 5
 """places between floor and outside at which the material between two passes is measured"""
 
 
 @immutable
 class GroovedCylinder(QuickPart):
-    """A cylinder 0 <= z <= length with one closed groove round it."""
+    """A cylinder or cone 0 <= z <= length with one closed groove round it.
+
+    radius  of the outside at z = 0, mm, and delta there; slope: by which a cone's radius falls per mm of height
+    """
 
     name: str
     track: Track
     blank: Blank
     radius: float
     length: float
+    slope: float = 0.0
+
+    @property
+    def outside(self) -> CylinderLevel | ConeLevel:
+        """Level surface of its outside."""
+        return outside_level(self.radius, self.slope)
+
+    @property
+    def end_radii(self) -> tuple[float | None, float | None]:
+        """Radii of a cone's two end rings, mm; None of a cylinder's, which are as far out as the groove's edges."""
+        return (self.radius, self.radius - self.slope * self.length) if self.slope else (None, None)
 
     def section(self) -> GrooveSection:
         """The groove's cross-section, flank with the smaller z first."""
         column = Column(self.track, np.zeros(1))
         t = np.array([self.track.meridian.parameter(self.radius)])
         first = 1.0 if column.wall(1.0, t)[2, 0, 0] < column.wall(-1.0, t)[2, 0, 0] else -1.0
-        return GrooveSection(self.track, cylinder_level(self.radius), self.radius, first)
+        return GrooveSection(self.track, self.outside, self.radius, first)
 
     def fits(self) -> bool:
         """True where the groove stays inside both end faces, so that the body is one closed grid."""
         phi = np.linspace(*self.track.span, 721)
         column, section = Column(self.track, phi), self.section()
         z = [column.wall(side, column.reach(side, section.level, self.radius))[2] for side in (1.0, -1.0)]
+        if self.slope:
+            # Of a roller that leans the foot may leave a body that its edge stays within.
+            ball = column.ball_ended
+            z += [column.ball_bottom()[2, :, None] if ball else column.wall(side, column.bottom_t())[2]
+                  for side in (1.0, -1.0)]  # fmt: skip
         return self.track.closed and float(np.min(z)) > 0.0 and float(np.max(z)) < self.length
 
     def grid(self, tolerance: float, free: float | None = None) -> tuple[Grid, tuple[str, ...]]:
@@ -52,8 +80,8 @@ class GroovedCylinder(QuickPart):
 
         def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
             groove = section.rows(Column(self.track, phi), counts[1:-1])
-            low = self.land(groove[:, :, 0], 0.0, counts[0])
-            high = self.land(groove[:, :, -1], self.length, counts[-1])[:, :, ::-1]
+            low = self.land(groove[:, :, 0], 0.0, counts[0], self.end_radii[0])
+            high = self.land(groove[:, :, -1], self.length, counts[-1], self.end_radii[1])[:, :, ::-1]
             return np.concatenate([low, groove, high], axis=2)
 
         most = (1, *section.max_counts, 1)
@@ -61,17 +89,25 @@ class GroovedCylinder(QuickPart):
         return sample(rows, self.track.knots(), tolerance, most, eased(names, tolerance, free)), names
 
     @staticmethod
-    def land(edge: Floats, z: float, count: int) -> Floats:
-        """Rows (3, n, count) straight along Z from the end ring at z towards the groove's edge (edge excluded)."""
+    def land(edge: Floats, z: float, count: int, radius: float | None = None) -> Floats:
+        """Rows (3, n, count) straight from the end ring at z towards the groove's edge (edge excluded).
+
+        radius  of a cone's end ring, mm; None: of a cylinder's, straight along Z
+        """
         share = np.arange(count) / count
         rows = np.repeat(edge[:, :, None], count, axis=2)
         rows[2] = z + (edge[2][:, None] - z) * share
+        if radius is not None:
+            away = radius / np.sqrt(edge[0] * edge[0] + edge[1] * edge[1])
+            rows[:2] *= away[:, None] + (1.0 - away)[:, None] * share
         return np.asarray(rows)
 
     def solid(self, tolerance: float, free: float | None = None) -> Solid:
         """Mesh directly. Raises DesignError where the topology is not that of a closed groove inside the cylinder."""
-        grid, names = self.grid(tolerance, free)
+        (grid, names), sag = self.cornered(self.grid, lambda made: (made[0].phi, made[0].phi), tolerance, free)
+        grid = replace(grid, chord_error=max(grid.chord_error, sag))
         self.check((grid.points[:, :, 1], grid.points[:, :, -2]))
+        self.check_within(grid.points[2, :, 1:-1])
         inward = self.track.sense > 0
         return closed_body(self.name, grid, names, inward, (0.0, self.length), self.blank, tolerance, free)
 
@@ -81,6 +117,42 @@ class GroovedCylinder(QuickPart):
         if low[2].min() <= 0.0 or high[2].max() >= self.length:
             raise DesignError("the groove runs out of an end face, so the body is not one closed grid")
         refuse_turned(edges, "groove's")
+
+    def cornered(
+        self, mesh: Callable[[float, float | None], T], angles: Callable[[T], tuple[Floats, Floats]],
+        tolerance: float, free: float | None,
+    ) -> tuple[T, float]:  # fmt: skip
+        """What a mesher makes of it so that the flanks' feet keep the tolerance too, and their largest sag, mm.
+
+        Round a cone the foot of a flank is bent within both the flank and the floor: where each sags by nearly the
+        tolerance, what lies in the corner between them is farther from both than either. Nothing is lost in a drum.
+        angles  of the vertices of the first flank's foot and the other's, round the turn, rad
+        """
+        made, limit, share = mesh(tolerance, free), max(tolerance, free or 0.0), 1.0
+        column = Column(self.track, np.zeros(1))
+        if not self.slope or self.track.root or column.ball_ended:
+            return made, 0.0
+        while (sag := self._corner_sag(angles(made))) > limit:
+            share *= CORNER * limit / sag
+            made = mesh(share * tolerance, None if free is None else share * free)
+        return made, sag if free is None else 0.0
+
+    def _corner_sag(self, angles: tuple[Floats, Floats]) -> float:
+        first, sags = self.section().first, []
+        for side, phi in zip((first, -first), angles):
+            start, middle, stop = (
+                column.wall(side, column.bottom_t())[:, :, 0]
+                for column in (Column(self.track, at) for at in (phi[:-1], 0.5 * (phi[:-1] + phi[1:]), phi[1:]))
+            )
+            off, along = middle - 0.5 * (start + stop), stop - start
+            off = off - along * (dot(off, along) / dot(along, along))
+            sags.append(float(np.sqrt(dot(off, off).max())))
+        return max(sags)
+
+    def check_within(self, z: Floats) -> None:
+        """DesignError where heights z of a cone's groove, its foot among them, leave the drum."""
+        if self.slope and (z.min() <= 0.0 or z.max() >= self.length):
+            raise DesignError("the groove's foot runs out of an end face: a shallower groove or a longer drum")
 
 
 @immutable
@@ -249,7 +321,7 @@ def drum_walls(tracks: tuple[Track, ...], radius: float, floor: float, length: f
         for side in track.sides:
             x = column.wall(side, column.reach(side, cylinder_level(radius), radius))[:, :, 0]
             edges[side] = np.stack([radius * np.unwrap(np.arctan2(x[1], x[0])), x[2]])
-        walls += _ends(track, phi, edges, length)
+        walls += _ends(track, phi, np.stack([edge[1] for edge in edges.values()]), length)
         if len(track.sides) == 2:
             walls += _thinnest_web(track, phi, radius)
     if bore is not None:
@@ -257,8 +329,65 @@ def drum_walls(tracks: tuple[Track, ...], radius: float, floor: float, length: f
     return walls
 
 
-def _ends(track: Track, phi: Floats, edges: dict[float, Floats], length: float) -> list[Wall]:
-    z = np.stack([edge[1] for edge in edges.values()])
+def cone_walls(ring: GroovedCylinder, floor: float) -> list[Wall]:
+    """Walls of a conical drum: beside its groove, from outside to floor, to both ends, between passes, to the bore.
+
+    floor  least radius of the groove's floor, mm
+    """
+    track, bore = ring.track, ring.blank.bore
+    phi = np.linspace(0.0, TURN, WALL_SAMPLES, endpoint=False)
+    column = Column(track, phi)
+    outside = {side: column.reach(side, ring.outside, ring.radius) for side in track.sides}
+    depths = np.linspace(track.tip, ring.radius, WEB_DEPTHS)
+    edges = [{side: edge_at(column, side, outside[side], depth, ring.radius) for side in track.sides}
+             for depth in depths]  # fmt: skip
+    walls = _ends(track, phi, np.stack([x[2] for each in edges for x in each.values()]), ring.length)
+    webs = [web for each in edges for web in _cone_webs(track, phi, each, ring.slope)]
+    walls += [min(webs, key=lambda wall: wall.thickness)] if webs else []
+    if bore is not None:
+        walls.append(Wall("floor to bore", floor - bore.reach, None, "make the bore smaller or the groove shallower"))
+    return walls
+
+
+def _cone_webs(track: Track, phi: Floats, edges: dict[float, Floats], slope: float) -> list[Wall]:
+    """Material between two passes of the same groove edge, (3, n) each, in the cone rolled out; see `_webs`.
+
+    Seen from a point, in its own directions round the cone and up its generator, another one that stands by an azimuth
+    further appears turned about the apex by its sine's share of it.
+    """
+    scale, found = np.sqrt(1.0 + slope**2), []
+    sine = slope / scale
+    middle = 0.5 * np.sum(list(edges.values()), axis=0)
+    for edge in edges.values():
+        radius = np.hypot(edge[0], edge[1])
+
+        def from_to(start: Floats, stop: Floats, radius: Floats = radius) -> Floats:
+            """Ways (2, n) round and up between points (3, n) that are near each other."""
+            return np.stack([radius * np.angle(_azimuth(stop) / _azimuth(start)), (stop[2] - start[2]) * scale])
+
+        along = from_to(np.roll(edge, 1, axis=1), np.roll(edge, -1, axis=1))
+        normal = np.stack([-along[1], along[0]]) / np.hypot(*along)
+        normal *= np.sign((normal * from_to(middle, edge)).sum(axis=0))
+        turned = np.angle(_azimuth(edge)[None, :] / _azimuth(edge)[:, None])
+        c, s = np.cos(sine * turned), np.sin(sine * turned)
+        d = np.stack([radius * s / sine, (edge[2][None, :] - edge[2][:, None]) * scale + radius * (1.0 - c) / sine])
+        distance = np.hypot(*d)
+        leaving = d[0] * normal[0][:, None] + d[1] * normal[1][:, None]
+        arriving = -d[0] * (normal[0] * c - normal[1] * s) - d[1] * (normal[0] * s + normal[1] * c)
+        gap = np.where((np.minimum(leaving, arriving) > FACING * distance) & (distance > 0.0), distance, np.inf)
+        i, j = np.unravel_index(int(np.argmin(gap)), gap.shape)
+        if np.isfinite(gap[i, j]):
+            found.append(Wall(f"{track.name} between passes", float(gap[i, j]), float(phi[min(i, j)]), THIN_WEB))
+    return found
+
+
+def _azimuth(x: Floats) -> npt.NDArray[np.complex128]:
+    """Points (3, n) seen along the axis, (n,)."""
+    return np.asarray(x[0] + 1j * x[1])
+
+
+def _ends(track: Track, phi: Floats, z: Floats, length: float) -> list[Wall]:
+    """Walls from a groove's edges, heights z (k, n), to both ends of its drum, where they stay within it."""
     low, high = z.min(axis=0), z.max(axis=0)
     i, j = int(np.argmin(low)), int(np.argmax(high))
     advice = "move `start`, lengthen the drum, or shorten the stroke"
@@ -327,7 +456,7 @@ def _webs(track: Track, phi: Floats, edges: dict[float, Floats], turn: float) ->
         distance = np.sqrt(d[0] * d[0] + d[1] * d[1])
         leaving = d[0] * normal[0][i, None] + d[1] * normal[1][i, None]
         arriving = -d[0] * normal[0][j] - d[1] * normal[1][j]
-        facing = (np.minimum(leaving, arriving) > 0.71 * distance) & (distance > 0.0)
+        facing = (np.minimum(leaving, arriving) > FACING * distance) & (distance > 0.0)
         gap = np.where(facing, distance, np.inf)
         if gap.min(initial=np.inf) < shortest:
             shortest = float(gap.min())
@@ -335,5 +464,4 @@ def _webs(track: Track, phi: Floats, edges: dict[float, Floats], turn: float) ->
             where = min(int(i[one]), int(j[other]))
     if not np.isfinite(shortest):
         return []
-    advice = "enlarge the drum, use a smaller roller, or give the steep motion more cam angle"
-    return [Wall(f"{track.name} between passes", shortest, float(phi[where]), advice)]
+    return [Wall(f"{track.name} between passes", shortest, float(phi[where]), THIN_WEB)]

@@ -152,9 +152,19 @@ def _turret_groove(surface: TurretSurface, made: Banded, span: Floats, bands: in
 
 def _grooved(body: GroovedCylinder, tolerance: float, free: float | None) -> Solid:
     """Raises DesignError where the topology is not that of a closed groove inside the cylinder."""
-    bands = _with_free(drum_bands((body,), tolerance), free)
-    surface = banded(bands, body.track.knots())
+
+    def mesh(fine: float, coarse: float | None) -> tuple[list[Band], Banded]:
+        bands = _with_free(drum_bands((body,), fine), coarse)
+        return bands, banded(bands, body.track.knots())
+
+    def feet(made: tuple[list[Band], Banded]) -> tuple[Floats, Floats]:
+        low, high = (made[1].phi[made[1].edges[b]] for b in (2, -3))
+        return np.append(low, low[0] + TURN), np.append(high, high[0] + TURN)
+
+    (bands, surface), sag = body.cornered(mesh, feet, tolerance, free)
+    surface = replace(surface, errors=tuple(max(error, sag) for error in surface.errors))
     body.check((surface.edge(1), surface.edge(-2)))
+    body.check_within(np.concatenate([surface.edge(b)[2] for b in range(1, len(bands))]))
     return _closed(body.name, surface, bands, body.track, (0.0, body.length), body.blank, tolerance, free)
 
 
@@ -168,16 +178,16 @@ def _grooves(body: GroovedDrum, tolerance: float, free: float | None) -> Solid:
 
 def drum_bands(rings: Sequence[GroovedCylinder], tolerance: float) -> list[Band]:
     """Lands and grooves by turns, from the lower end ring to the upper one."""
-    radius, length = rings[0].radius, rings[0].length
+    radius, length, (low, high) = rings[0].radius, rings[0].length, rings[0].end_radii
     grooves = [_groove(ring, tolerance) for ring in rings]
-    bands = [_land(_along_axis(partial(_at_share, grooves[0][0].at, 0.0), 0.0), grooves[0][0])]
+    bands = [_land(_along_axis(partial(_at_share, grooves[0][0].at, 0.0), 0.0, radius=low), grooves[0][0])]
     for number, own in enumerate(grooves, 1):
         bands += own
         edge = partial(_at_share, own[-1].at, 1.0)
         if number < len(grooves):
             at = _between(edge, partial(_at_share, grooves[number][0].at, 0.0), radius)
         else:
-            at = _along_axis(edge, length, down=True)
+            at = _along_axis(edge, length, down=True, radius=high)
         bands.append(replace(_land(at, own[-1]), sharp=True))
     return bands
 
@@ -315,13 +325,20 @@ def _halves(band: Band, even: tuple[bool, bool]) -> list[Band]:
     ]
 
 
-def _along_axis(edge: Edge, z: float, down: bool = False) -> Surface:
-    """The cylinder straight along Z from the ring at height z to an edge, or down from the edge to the ring."""
+def _along_axis(edge: Edge, z: float, down: bool = False, radius: float | None = None) -> Surface:
+    """The cylinder straight along Z from the ring at height z to an edge, or down from the edge to the ring.
+
+    radius  of a cone's ring, mm; None: of a cylinder's
+    """
 
     def at(phi: Floats, u: Floats) -> Floats:
-        x = edge(phi)
-        height = z + (x[2] - z) * (1.0 - u if down else u)
-        return np.stack([np.broadcast_to(x[0], u.shape), np.broadcast_to(x[1], u.shape), height])
+        x, share = edge(phi), 1.0 - u if down else u
+        height = z + (x[2] - z) * share
+        away = 1.0
+        if radius is not None:
+            ring = radius / np.sqrt(x[0] * x[0] + x[1] * x[1])
+            away = ring + (1.0 - ring) * share
+        return np.stack([np.broadcast_to(x[0] * away, u.shape), np.broadcast_to(x[1] * away, u.shape), height])
 
     return at
 

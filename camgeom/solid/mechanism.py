@@ -9,6 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from enum import Enum
+from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -53,19 +54,29 @@ class Drive(Enum):
 
 @immutable(eq=True)
 class Drum:
-    """The outside of a drum, which can be rolled out (mm).
+    """The outside of a drum, a cylinder or a cone, which can be rolled out (mm).
 
-    low, high  heights z of its ends; depth: of the groove (rib: its height), where it is one number round the drum
+    low, high  heights z of its ends; depth: of the groove (rib: its height), square to the outside, where it is one
+               number round the drum
+    radius     of a cone: at z = 0; slope: by which it falls per mm of height
     """
 
     radius: float
     low: float
     high: float
     depth: float | None = None
+    slope: float = 0.0
+
+    def at(self, z: float) -> float:
+        """Radius at a height, mm."""
+        return self.radius - self.slope * z
 
     def under(self, x: Floats) -> Floats:
         """How deep points (3, ...) of the cam frame lie under the drum's outside, as far as it may reach, mm."""
-        return np.asarray(self.radius + 1e-9 - np.sqrt(x[0] * x[0] + x[1] * x[1]))
+        away = np.sqrt(x[0] * x[0] + x[1] * x[1])
+        if self.slope:
+            return np.asarray((self.radius - self.slope * x[2] - away) / sqrt(1.0 + self.slope**2) + 1e-9)
+        return np.asarray(self.radius + 1e-9 - away)
 
     def within(self, x: Floats) -> Floats:
         """How deep points (3, ...) of the cam frame lie within the drum, mm; what it ends at is 1e-9 mm deep."""

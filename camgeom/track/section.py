@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import field
 from functools import partial, wraps
-from math import pi
+from math import pi, sqrt
 from typing import Concatenate, ParamSpec, Protocol
 
 import numpy as np
@@ -47,6 +47,30 @@ class CylinderLevel:
 def cylinder_level(radius: float) -> CylinderLevel:
     """Level field of a cylinder of the given radius about Z."""
     return CylinderLevel(radius)
+
+
+@immutable(eq=True)
+class ConeLevel:
+    """Field of a cone about Z: the signed distance, mm.
+
+    radius  at z = 0, mm; slope: by which it falls per mm of height, the tangent of the half angle
+    """
+
+    radius: float
+    slope: float
+
+    def __call__(self, x: Floats) -> Floats:
+        away = np.sqrt(x[0] * x[0] + x[1] * x[1]) - self.radius + self.slope * x[2]
+        return np.asarray(away / sqrt(1.0 + self.slope**2))
+
+    def at(self, z: float) -> float:
+        """Its radius at a height, mm."""
+        return self.radius - self.slope * z
+
+
+def outside_level(radius: float, slope: float) -> CylinderLevel | ConeLevel:
+    """Level field of a drum's outside, `radius` at z = 0: of a cone where it has a slope."""
+    return ConeLevel(radius, slope) if slope else CylinderLevel(radius)
 
 
 P = ParamSpec("P")

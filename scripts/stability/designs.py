@@ -19,7 +19,7 @@ KINDS = (
 )  # fmt: skip
 """the kind of a seed is KINDS[seed % 20]; those that cost most come less often"""
 LATER, KINDS_LATER = 100_000, ("end-face", "unequal-pair", "stations", "grooves", "linear", "faces",
-                              "linear-edge", "disc-cone")  # fmt: skip
+                              "linear-edge", "disc-cone", "conical")  # fmt: skip
 """kinds that came when the seeds below had been judged already: those of seeds from LATER on, EACH of one after another
 """
 EACH = 10_000
@@ -95,6 +95,7 @@ def design(seed: int) -> dict[str, Any]:
         "globoidal": _globoid,
         "linear": _linear,
         "linear-edge": _linear_edge,
+        "conical": _conical,
         "disc-cone": _disc_cone,
         "parallel-index": _plates,
     }[kind](dice)
@@ -477,6 +478,35 @@ def _drum(dice: Dice) -> dict[str, Any]:
         motion = _round_trip(dice, float(np.degrees(2.0 * half)))
     _bored(dice, cam, outer - depth)
     return {"cam": cam, "follower": follower, "roller": roller, "motion": motion}
+
+
+def _conical(dice: Dice) -> dict[str, Any]:
+    """A groove in a cone of any half angle either way, its wider end as large as a drum's, with some room beside it."""
+    outer, lean = 60.0, dice.between(-80.0, 80.0) if dice.chance(0.5) else dice.one(-1.0, 1.0) * dice.log(1e-3, 60.0)
+    c, s = float(np.cos(np.radians(lean))), float(np.sin(np.radians(lean)))
+    diameter = 2.0 * outer * dice.log(0.03, 0.3)
+    depth = diameter * dice.between(0.3, 0.9)
+    roller = _roller(dice, diameter, depth * dice.between(0.5, 1.0))
+    if roller["shape"] == "sphere":
+        depth = 0.5 * diameter * dice.between(0.6, 1.0)
+    margins = [0.5 * diameter + outer * dice.log(0.01, 0.3) for _ in range(2)]
+    # The groove's foot stands aside of its edge by depth tan(lean), towards the wider end.
+    margins[0 if s > 0.0 else 1] += depth * abs(s) / c
+    margins[dice.whole(0, 1)] *= dice.one(1.0, 1.0, 1.0, dice.between(0.5, 1.0))
+    # Of the generator the stroke takes what the narrow end leaves of the radius.
+    room = 0.9 * outer / max(abs(s), 1e-9) - sum(margins)
+    stroke = min(outer * dice.log(1e-3, 2.0), max(room, 0.02 * outer) * dice.between(0.3, 1.0))
+    length = (sum(margins) + stroke) * c
+    lower = outer if s > 0.0 else outer - abs(s) / c * length
+    cam: dict[str, Any] = {"kind": "conical", "diameter": 2.0 * lower, "half_angle": lean, "length": length,
+                           "start": margins[0], "groove_depth": depth}  # fmt: skip
+    if dice.chance(0.4):
+        cam["running_clearance"] = diameter * dice.log(1e-4, 0.02)
+    if roller["shape"] == "cylinder" and dice.chance(0.3):
+        # The edge of a roller as long as the flank would stand in its root.
+        cam["root_radius"] = min(depth - roller["length"], 0.3 * diameter) * dice.between(0.1, 1.0)
+    _bored(dice, cam, 0.9 * (outer - (sum(margins) + stroke) * abs(s) - depth * c))
+    return {"cam": cam, "follower": {"kind": "translating"}, "roller": roller, "motion": _round_trip(dice, stroke)}
 
 
 def _end_face(dice: Dice) -> dict[str, Any]:

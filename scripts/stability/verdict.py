@@ -190,7 +190,7 @@ def spoilt(how: str, data: Data, model: Any) -> tuple[Any, ...]:
     if how == "coarse":
         coarse = model_of(data, min(30.0 * tolerance, 1.0)).solids
         return tuple(replace(solid, chord_error=0.97 * tolerance) for solid in coarse)
-    axes = {"cylindrical": 2, "cylindrical-index": 2, "globoidal": 2, "linear": 1}
+    axes = {"cylindrical": 2, "conical": 2, "cylindrical-index": 2, "globoidal": 2, "linear": 1}
     axis = axes.get(data["cam"]["kind"], 0)
     moved = []
     for solid in model.solids:

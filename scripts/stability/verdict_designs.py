@@ -7,7 +7,7 @@ curvature of its path) and for walls, loads from Hertz' line contact. A design i
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import atan, degrees, pi, radians, sin, sqrt, tan
+from math import atan, cos, degrees, pi, radians, sin, sqrt, tan
 from typing import Any
 
 import numpy as np
@@ -431,6 +431,34 @@ def _end_face(dice: Dice, swings: bool) -> Data:
     return data
 
 
+def _conical(dice: Dice) -> Data:
+    """A groove in a cone, whose narrow end is as thick as a drum's core is."""
+    trip = Trip(dice)
+    narrow, radius = dice.between(46.0, 66.0), dice.between(7.0, 11.0)
+    length, wall = radius * dice.between(1.0, 1.3), dice.between(6.0, 14.0)
+    lean = radians(dice.between(5.0, 50.0))
+    depth, c, s = length + 1.0, cos(lean), sin(lean)
+    # The roller's tip is nearest to the axis where it stands at the narrow end.
+    deep = narrow - depth * c
+    stroke = tan(radians(dice.between(10.0, 22.0))) * deep / trip.velocity
+    # Towards the wide end the groove's foot stands beyond its edge.
+    ahead, behind = radius + wall, radius + wall + depth * s / c
+    along = stroke + ahead + behind
+    wide = narrow + along * s
+    cam: Data = {"kind": "conical", "diameter": 2.0 * wide, "half_angle": degrees(lean), "start": behind}
+    if dice.chance(0.5):
+        cam |= {"diameter": 2.0 * narrow, "half_angle": -degrees(lean), "start": ahead}
+    cam |= {"length": along * c, "groove_depth": depth}
+    if dice.chance(0.3):
+        cam["running_clearance"] = dice.between(0.005, 0.02)
+    bored(dice, cam, deep, 8.0)
+    data: Data = {"cam": cam, "motion": trip.segments(stroke), "follower": {"kind": "translating"}}
+    data["roller"] = roller(dice, radius, length, ("cylinder", "cylinder", "crowned", "cone"))
+    # Where the path is sharpest a flank has about half the roller's radius, see `loaded`.
+    loaded(dice, data, 0.5 * radius * length, trip.acceleration * stroke, False)
+    return data
+
+
 def _linear(dice: Dice) -> Data:
     """A groove in a plate that a crank with a long rod slides out and back."""
     trip = Trip(dice)
@@ -525,6 +553,7 @@ KINDS: dict[str, Callable[[Dice], Data]] = {
     "linear edge": _linear_edge,
     "disc, cone": lambda dice: _disc(dice, "roller", False, ("cone",)),
     "disc, swinging cone": lambda dice: _disc(dice, "roller", True, ("cone",)),
+    "cone groove": _conical,
 }
 """how a design of every kind is made; the kind of a seed is that of its remainder"""
 SEVERAL = ("both faces", "groove and rim")
@@ -541,12 +570,14 @@ EDGE_SEED, THIRD_KINDS = 70_000, 25
 """edges of plates come from here on; kinds of the seeds below"""
 CONE_SEED, FOURTH_KINDS = 90_000, 26
 """discs of conical rollers come from here on; kinds of the seeds below"""
+DRUM_SEED, FIFTH_KINDS = 100_000, 28
+"""conical drums come from here on; kinds of the seeds below"""
 
 
 def kinds_of(seed: int) -> tuple[str, ...]:
     """The kinds that a seed may have."""
     bounds = ((FIRST_SEED, FIRST_KINDS), (LINEAR_SEED, SECOND_KINDS), (EDGE_SEED, THIRD_KINDS),
-              (CONE_SEED, FOURTH_KINDS))  # fmt: skip
+              (CONE_SEED, FOURTH_KINDS), (DRUM_SEED, FIFTH_KINDS))  # fmt: skip
     return tuple(KINDS)[: next((count for end, count in bounds if seed < end), len(KINDS))]
 
 

@@ -43,8 +43,8 @@ WIDTHS, PAIRS = ("frame", "yoke"), ("rocker", "slide")
 GLOBOIDS = ("globoid rib", "globoid groove")
 SIDE_BY_SIDE = tuple(kind for kind in ALONE if kind.startswith("parallel"))
 TURRETS = (*GLOBOIDS, "barrel", *SIDE_BY_SIDE)
-GROOVES = ("drum groove", "drum groove, swinging")
-STRUCK = ("drum groove", "face groove", "rocker", "slide")
+GROOVES = ("drum groove", "drum groove, swinging", "cone groove")
+STRUCK = ("drum groove", "cone groove", "face groove", "rocker", "slide")
 SLIDING = ("disc, flat", "disc, curved", "frame")
 ROLLING = tuple(kind for kind in ALONE if kind not in SLIDING)
 SLIDES = ("linear", "linear edge")
@@ -99,10 +99,25 @@ def solid_core(data: Data) -> float:
             return float(cam["center_distance"] - follower["pitch_radius"] - radius - cam.get("running_clearance", 0.0))
         case "end-face":
             return float(0.5 * cam["inner_diameter"])
+        case "conical":
+            lean, (_, tip) = radians(cam["half_angle"]), _ends(data)
+            far = cam["start"] + (max(s.get("to", 0.0) for s in data["motion"]) + tip if lean > 0.0 else -tip)
+            return float(0.5 * cam["diameter"] - far * sin(lean) - cam["groove_depth"] * cos(lean))
         case "conjugate":
             return float(cam["base_radius"])
         case _:
             return float(cam["base_radius"] - cam.get("running_clearance", 0.0))
+
+
+def _ends(data: Data) -> tuple[float, float]:
+    """Radius of a groove's tool at the outside and at the floor, mm."""
+    cam, roller = data["cam"], data["roller"]
+    if roller["shape"] != "cone":
+        return (0.5 * roller["diameter"] + cam.get("running_clearance", 0.0),) * 2
+    slope = tan(radians(roller["half_angle"]))
+    middle = 0.5 * roller["diameter"] + cam.get("running_clearance", 0.0) * sqrt(1.0 + slope**2)
+    half = 0.5 * roller["length"]
+    return middle + slope * half, middle - slope * (cam["groove_depth"] - half)
 
 
 def thin_keyway(data: Data, dice: Dice) -> None:
@@ -118,6 +133,11 @@ def thin_end(data: Data, dice: Dice) -> None:
     """A groove 0.05 to 0.4 mm above the drum's lower end."""
     cam = data["cam"]
     roller = data["roller"]
+    if cam["kind"] == "conical":
+        top, tip = _ends(data)
+        lean = radians(cam["half_angle"])
+        cam["start"] = max(top, tip + cam["groove_depth"] * tan(lean)) + dice.between(0.05, 0.4)
+        return
     # A cone is widest at the drum's outside, half its length from where its diameter is quoted.
     widest = 0.5 * roller["diameter"] + 0.6 * roller["length"] * tan(radians(roller.get("half_angle", 0.0)))
     cam["start"] = widest + cam.get("running_clearance", 0.0) + dice.between(0.05, 0.4)
@@ -415,6 +435,8 @@ def untouched(data: Data, dice: Dice) -> None:
 IDLE: tuple[tuple[tuple[str, ...], str, str, Any], ...] = (
     (DRUMS, "follower", "offset", 3.0),
     (ENDS, "follower", "clearance", 0.05),
+    (("cone groove",), "follower", "clearance", 0.05),
+    (("cone groove",), "limits", "warn_rib_share", 0.5),
     (ENDS, "limits", "play_mm", 0.1),
     (DRUMS, "follower", "face", "flat"),
     (DRUMS, "follower", "face_width", 20.0),
@@ -767,9 +789,7 @@ FAULTS: dict[str, Fault] = {
     "crossing rib": Fault(RIBS, crossing_rib, ("rib-thickness",), ("rib_thickness",)),
     "thin wall: bore": Fault(TURNING, thin_bore, ("wall",), ("bore",)),
     "thin wall: keyway": Fault(KEYED, thin_keyway, ("wall",), ("keyway", "bore")),
-    "thin wall: end of a drum": Fault(
-        ("drum groove", "drum groove, swinging"), thin_end, ("wall", "run-out"), ("start",)
-    ),
+    "thin wall: end of a drum": Fault(GROOVES, thin_end, ("wall", "run-out"), ("start",)),
     "thin wall: rim": Fault(PLATES, thin_rim, ("wall",), ("diameter",)),
     "thin wall: floor": Fault(PLATES, thin_floor, ("wall",), ("groove_depth", "width")),
     "overlapping neighbours": Fault(

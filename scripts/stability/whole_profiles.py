@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 from whole_keys import FILES, Data, Keys, Path_
 
 KINDS = ("disc", "constant-width", "conjugate", "cylindrical", "globoidal", "cylindrical-index", "parallel-index",
-         "end-face", "linear")  # fmt: skip
+         "end-face", "linear", "conical")  # fmt: skip
 SYMMETRIC = (
     "cycloidal",
     "modified-sine",
@@ -183,7 +183,7 @@ def drawn(seed: int, pictures: float, draw: int) -> tuple[Data, list[Path_]]:
         size = dice.choice((0.1, 1.0, 3e3, 1e4))
     data: Data = {"name": f"{kind} {seed}"}
     makers = {"disc": _disc, "constant-width": _width, "conjugate": _pair, "cylindrical": _drum, "end-face": _ring,
-              "linear": _plate}  # fmt: skip
+              "linear": _plate, "conical": _cone}  # fmt: skip
     data |= makers.get(kind, _turret)(dice, kind, size)
     data |= _operation(dice, size, data["follower"]["kind"])
     data |= _sections(dice, kind, size, data)
@@ -356,6 +356,18 @@ def _ring(dice: Dice, kind: str, size: float) -> Data:
         stroke = round(dice.uniform(5.0, 30.0), 1)
     _bore(dice, cam, 0.8 * inner)
     roller = _roller(dice, dice.near(0.3 * size), round(0.7 * width, 2))
+    return {"cam": cam, "follower": follower, "roller": roller, "motion": _program(dice, stroke)}
+
+
+def _cone(dice: Dice, kind: str, size: float) -> Data:
+    stroke, diameter, lean = dice.near(0.4 * size), dice.near(0.3 * size), round(dice.uniform(-30.0, 30.0), 1)
+    cam: Data = {"kind": kind, "diameter": dice.near(2.0 * size, 0.05), "half_angle": lean}
+    cam |= {"length": dice.near(stroke + 1.5 * diameter), "start": dice.near(0.75 * diameter)}
+    cam |= {"groove_depth": dice.near(0.6 * diameter), "running_clearance": dice.choice((0.0, 0.0, 0.02))}
+    cam["direction"] = dice.choice(("cw", "ccw"))
+    _bore(dice, cam, 0.4 * size)
+    follower = {"kind": "translating", "mass": dice.any_of(0.1, 10.0)}
+    roller = _roller(dice, diameter, round(0.55 * diameter, 2))
     return {"cam": cam, "follower": follower, "roller": roller, "motion": _program(dice, stroke)}
 
 

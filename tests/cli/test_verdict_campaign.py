@@ -14,7 +14,9 @@ sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 from verdict import asked, design_of, of_fault, run_fault, run_sound, table
 from verdict_designs import (
     CONE_SEED,
+    DRUM_SEED,
     EDGE_SEED,
+    FIFTH_KINDS,
     FIRST_SEED,
     FOURTH_KINDS,
     KINDS,
@@ -41,6 +43,7 @@ from verdict_faults import (
 from camgeom.checks import checks
 
 CONES = tuple(kind for kind in KINDS if kind.endswith("cone"))
+CONICAL = "cone groove"
 CLASSES = count_of(FIRST_SEED)
 SECOND = FIRST_SEED + FIRST - FIRST_SEED % CLASSES + CLASSES
 """the first seed of the classes after the first 27"""
@@ -49,11 +52,13 @@ SECOND = FIRST_SEED + FIRST - FIRST_SEED % CLASSES + CLASSES
 def test_a_seed_gives_one_design_and_one_fault() -> None:
     assert sound(17) == sound(17)
     assert of_fault(17) == of_fault(17)
-    assert {kind_of(seed) for seed in range(FIRST_SEED, FIRST_SEED + len(KINDS))} == set(KINDS) - {*SLIDES, *CONES}
-    later = {"linear edge", *CONES}
+    slides = {*SLIDES, *CONES, CONICAL}
+    assert {kind_of(seed) for seed in range(FIRST_SEED, FIRST_SEED + len(KINDS))} == set(KINDS) - slides
+    later = {"linear edge", *CONES, CONICAL}
     assert {kind_of(seed) for seed in range(LINEAR_SEED, LINEAR_SEED + len(KINDS))} == set(KINDS) - later
-    assert {kind_of(seed) for seed in range(EDGE_SEED, EDGE_SEED + len(KINDS))} == set(KINDS) - {*CONES}
-    assert {kind_of(seed) for seed in range(CONE_SEED, CONE_SEED + len(KINDS))} == set(KINDS)
+    assert {kind_of(seed) for seed in range(EDGE_SEED, EDGE_SEED + len(KINDS))} == set(KINDS) - {*CONES, CONICAL}
+    assert {kind_of(seed) for seed in range(CONE_SEED, CONE_SEED + len(KINDS))} == set(KINDS) - {CONICAL}
+    assert {kind_of(seed) for seed in range(DRUM_SEED, DRUM_SEED + len(KINDS))} == set(KINDS)
     assert {of_fault(seed)[0] for seed in range(LINEAR_SEED, LINEAR_SEED + len(FAULTS))} == set(FAULTS)
 
 
@@ -114,10 +119,11 @@ def test_faults_of_linear_cams_are_told(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", CONES)
+@pytest.mark.parametrize("kind", [*CONES, CONICAL])
 @pytest.mark.parametrize("turn", range(4))
-def test_discs_of_cones_are_judged_right(kind: str, turn: int) -> None:
-    seed = CONE_SEED + len(KINDS) * turn - CONE_SEED % len(KINDS) + len(KINDS) + list(KINDS).index(kind)
+def test_cones_are_judged_right(kind: str, turn: int) -> None:
+    first, count = (DRUM_SEED, len(KINDS)) if kind == CONICAL else (CONE_SEED, FIFTH_KINDS)
+    seed = first + count * turn - first % count + count + list(KINDS).index(kind)
     assert kind_of(seed) == kind
     assert run_sound(seed).outcome == "quiet"
     for name in [name for name, fault in FAULTS.items() if kind in fault.kinds][turn::4]:

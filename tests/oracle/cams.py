@@ -401,6 +401,31 @@ def _drum(cam, follower, roller, lift, low, high):
     return [Judge(to(outer - roller["length"]), blank, 2, to(deep), genus=_genus(cam))]
 
 
+def _conical(cam, follower, roller, lift, low, high):
+    """A cone: the roller's axis square to its generator, along which it slides from the lower edge."""
+    del follower, low, high
+    sense, outer, depth, lean = _sense(cam), 0.5 * cam["diameter"], cam["groove_depth"], radians(cam["half_angle"])
+    gap, ball = cam.get("running_clearance", 0.0), roller.get("shape") == "sphere"
+    centre = 0.5 * roller["diameter"] - depth if ball else -0.5 * roller["length"]
+    radius, shape = _shape(roller, centre, True)(gap)
+    if cam.get("root_radius"):
+        shape = ("rounded", cam["root_radius"], None)
+    out = np.array([cos(lean), 0.0, sin(lean)])
+
+    def distance(x, phi, k):
+        del k
+        along = cam["start"] + lift(phi)
+        a = np.stack(np.broadcast_arrays(outer - along * sin(lean), 0.0 * along, along * cos(lean)), -1)
+        return roller_distance(_machine(x, phi, sense), a, out, radius, -depth, False, shape)
+
+    def blank(x):
+        rho = np.hypot(x[:, 0], x[:, 1])
+        cone = np.abs((rho - outer) * cos(lean) + x[:, 2] * sin(lean))
+        return np.minimum.reduce([np.abs(x[:, 2]), np.abs(x[:, 2] - cam["length"]), cone, _bore(cam, x)])
+
+    return [Judge(distance, blank, genus=_genus(cam))]
+
+
 def _end_face(cam, follower, roller, lift, low, high):
     sense, outer, inner = _sense(cam), 0.5 * cam["diameter"], 0.5 * cam["inner_diameter"]
     if roller.get("shape") == "crowned":
@@ -625,6 +650,7 @@ def _linear(cam, follower, roller, lift, low, high):
 JUDGES = {
     "disc": _disc,
     "constant-width": _constant_width,
+    "conical": _conical,
     "conjugate": _conjugate,
     "cylindrical": _drum,
     "end-face": _end_face,

@@ -449,6 +449,17 @@ def _drum(cam, follower, roller, lift, low, high):
                     shift=lambda k: start, **made)
 
 
+def _conical(cam, follower, roller, lift, low, high):
+    """A roller square to a cone, along whose generator it slides; delta is half the diameter at the cone's surface."""
+    del follower, low, high
+    lean, outer = radians(cam["half_angle"]), 0.5 * cam["diameter"]
+    along, out = np.array([-sin(lean), 0.0, cos(lean)]), np.array([cos(lean), 0.0, sin(lean)])
+    home = np.array([outer, 0.0, 0.0]) + cam["start"] * along - outer * out
+    middle = outer - 0.5 * roller["length"]
+    return Follower(_sense(cam), lift, ("slide", along), lambda k: (home, out), middle, 0.5 * roller["diameter"],
+                    _slope(roller, True), middle)
+
+
 def _end_face(cam, follower, roller, lift, low, high):
     """As a drum's groove, whose roller stands above the middle of the ring."""
     middle = 0.25 * (cam["diameter"] + cam["inner_diameter"])
@@ -518,5 +529,5 @@ def _plate(cam, follower, roller, lift, low, high):
 
 
 _KINDS = {"disc": _planar, "constant-width": _frame, "conjugate": _conjugate, "cylindrical": _drum,
-          "end-face": _end_face, "cylindrical-index": _barrel, "globoidal": _globoid,
+          "conical": _conical, "end-face": _end_face, "cylindrical-index": _barrel, "globoidal": _globoid,
           "parallel-index": _parallel, "linear": _plate}  # fmt: skip

@@ -38,7 +38,7 @@ def _disc(follower: str, roller: str = "", cam: str = "", lift: float = 20.0) ->
 
 def _shipped(name: str, **changes: Any) -> dict[str, Any]:
     data = tomllib.loads((ROOT / "profiles" / f"{name}.toml").read_text())
-    for key in ("operation", "dynamics", "impact", "cutter", "limits", "output", "tolerance"):
+    for key in ("operation", "dynamics", "impact", "cutter", "lubricant", "material", "limits", "output", "tolerance"):
         data.pop(key, None)
     for key, value in changes.items():
         table, _, name = key.partition("__")
@@ -112,6 +112,11 @@ CASES: dict[str, dict[str, Any]] = {
     "swinging cone": _shipped("steep_shuttle", cam__running_clearance=0.0),
     "rib": _rib(),
     "ring": _shipped("end_face_lifter"),
+    "cone of a drum": _shipped("conical_guide", cam__running_clearance=0.0),
+    "cone of a drum, conical roller": _shipped(
+        "conical_guide", cam__running_clearance=0.0, cam__half_angle=-40.0, cam__diameter=90.0, cam__start=22.0,
+        roller__shape="cone", roller__half_angle=8.0,
+    ),
     "barrel": _shipped("barrel_indexer"),
     "cones": _shipped("conical_indexer"),
     "globoid": _shipped("tool_changer"),

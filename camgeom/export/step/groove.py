@@ -7,13 +7,14 @@ at any cam angle and any share across it, so that mesh and STEP file describe on
 from __future__ import annotations
 
 from itertools import pairwise
+from math import atan
 from typing import final
 
 import numpy as np
 
 from camgeom.errors import DesignError
 from camgeom.export.step.brep import Brep
-from camgeom.export.step.geometry import WORLD, Cone
+from camgeom.export.step.geometry import WORLD, Cone, Frame
 from camgeom.export.step.shell import Band, shell
 from camgeom.export.step.solids import TOLERANCE, bore_holes, closed_solid
 from camgeom.export.step.spline import SurfacePoints
@@ -37,9 +38,9 @@ def grooved_solid(body: GroovedCylinder, tolerance: float = TOLERANCE) -> Brep:
     section = body.section()
     walls = Walls(body.track, section.level, section.guess)
     bands = [
-        land(walls.edge(section.first), 0.0, True, body.radius),
+        land(walls.edge(section.first), 0.0, True, body.radius, slope=body.slope),
         *groove_bands(walls, section.first),
-        land(walls.edge(-section.first), body.length, False, body.radius),
+        land(walls.edge(-section.first), body.length, False, body.radius, slope=body.slope),
     ]
     knots = split_knots(body.track)
     skin = shell(bands, knots, -body.track.sense, tolerance)
@@ -231,17 +232,25 @@ def rooted_bands(walls: Walls) -> list[Band]:
     return [Band("flank", walls.wall(1.0)), *middle, Band("flank", flipped(walls.wall(-1.0)))]
 
 
-def land(edge: SurfacePoints, z: float, rising: bool, radius: float, name: str = "land") -> Band:
-    """The cylinder of `radius` straight along Z between an end ring at z and a groove's edge (first where falling)."""
+def land(edge: SurfacePoints, z: float, rising: bool, radius: float, name: str = "land", slope: float = 0.0) -> Band:
+    """The cylinder of `radius` straight along Z between an end ring at z and a groove's edge (first where falling).
+
+    slope  by which the radius of a cone falls per mm of height; `radius` is that at z = 0
+    """
 
     def point(phi: Floats, share: Floats) -> Floats:
         top = edge(phi, share)
         x = np.repeat(top, len(share), axis=1)
         weight = share if rising else 1.0 - share
         x[..., 2] = z * (1.0 - weight) + top[..., 2] * weight
+        if slope:
+            away = (radius - slope * z) / np.hypot(top[..., 0], top[..., 1])
+            x[..., :2] *= (away * (1.0 - weight) + weight)[..., None]
         return x
 
-    return Band(name, point, degree=1, candidates=(Cone(WORLD, radius),))
+    # The half angle of a written cone is positive: its frame points to where it widens.
+    frame = Frame((0.0, 0.0, 0.0), (0.0, 0.0, -1.0)) if slope > 0.0 else WORLD
+    return Band(name, point, degree=1, candidates=(Cone(frame, radius, atan(abs(slope))),))
 
 
 def flipped(points: SurfacePoints) -> SurfacePoints:

@@ -153,7 +153,10 @@ def _quoted(model: Model) -> dict[str, Any]:
         return {}
     at = max((s.pressure_angle_at(radius) for s in model.flanks), key=lambda e: e.value)
     # A roller may stand in the cam with less than half of its length.
-    return {"pitch_radius_mm": radius} | ({"pitch_pressure_angle_deg": degrees(at.value)} if at.value >= 0.0 else {})
+    drum = model.mechanism.drum
+    # Of a cone the place has another radius at every lift: it is told by its depth.
+    where = {"pitch_depth_mm": drum.radius - radius} if drum is not None and drum.slope else {"pitch_radius_mm": radius}
+    return where | ({"pitch_pressure_angle_deg": degrees(at.value)} if at.value >= 0.0 else {})
 
 
 def blank_data(model: Model) -> dict[str, Any]:

@@ -136,10 +136,10 @@ def _alone(model: Model, meshes: Meshes) -> Drawing:
     paths += _behind(meshes, 1, 0.0, AXIAL)
     leaders = []
     for whose, track in [(one, track) for one in model.grooves for track in one.tracks[:1]]:
-        z = float(_stand(track)[2])
+        z = _height(whose, track)
         if not _plate(model) and not isinstance(track.joint, Swing) and low < z < high:
             dimensions.append(Dimension((low, reach), (z, reach), number(z - low, 6), "above"))
-            leaders += _depth_note(whose, z)
+            leaders += _depth_notes(whose, track)
     return Drawing("", tuple(paths), (), tuple(dimensions), tuple(leaders), _regions(meshes, 1, 0.0, AXIAL))
 
 
@@ -313,10 +313,10 @@ def axial(model: Model, meshes: Meshes) -> Drawing:
         if _plate(whose):
             continue
         if not isinstance(joint, Swing):
-            z = float(_stand(track)[2])
+            z = _height(whose, track)
             if low < z < high:
                 dimensions.append(Dimension((low, reach), (z, reach), number(z - low, 6), "above"))
-                leaders += _depth_note(whose, z)
+                leaders += _depth_notes(whose, track)
         elif _turret(track):  # its axis is a point in this view
             x, z = joint.centre[0], joint.centre[2]
             paths += _cross(z, x, 0.05 * reach)
@@ -441,12 +441,18 @@ def plate_views(model: Model, meshes: Meshes, with_follower: bool) -> tuple[Draw
     return above, across_it
 
 
-def _depth_note(model: Model, z: float) -> list[Leader]:
+def _depth_notes(model: Model, track: Track) -> list[Leader]:
+    """How deep a drum's groove is, and how a cone leans."""
     drum = model.mechanism.drum
     if drum is None or drum.depth is None:
         return []
     word = "rib height" if model.mechanism.form == "rib" else "groove depth"
-    return [Leader((z, drum.radius - drum.depth), f"{word} {number(drum.depth, 6)}")]
+    floor = _stand(track, drum.radius - drum.depth)
+    notes = [Leader((float(floor[2]), float(floor[0])), f"{word} {number(drum.depth, 6)}")]
+    if drum.slope:
+        z, lean = 0.97 * drum.high + 0.03 * drum.low, float(np.degrees(np.arctan(drum.slope)))
+        notes.append(Leader((z, -drum.at(z)), f"half angle {number(abs(lean), 6)}°"))
+    return notes
 
 
 def _cross(x: float, y: float, half: float) -> list[Path]:
@@ -456,10 +462,17 @@ def _cross(x: float, y: float, half: float) -> list[Path]:
     ]
 
 
-def _stand(track: Track) -> Floats:
-    """Middle of the roller's contact length at cam angle 0, machine frame."""
+def _height(model: Model, track: Track) -> float:
+    """Height z at which the roller's axis meets a drum's outside at cam angle 0, mm; of others that of its middle."""
+    drum = model.mechanism.drum
+    return float(_stand(track, None if drum is None else drum.radius)[2])
+
+
+def _stand(track: Track, place: float | None = None) -> Floats:
+    """A place along the roller at cam angle 0, machine frame; None: the middle of its contact length."""
     pose = track.pose(np.zeros(1), 0)
-    return np.asarray(pose.a[0][:, 0] + 0.5 * sum(track.contact) * pose.u[0][:, 0])
+    place = 0.5 * sum(track.contact) if place is None else place
+    return np.asarray(pose.a[0][:, 0] + place * pose.u[0][:, 0])
 
 
 def _roller_notes(model: Model, axes: tuple[str, str]) -> tuple[Leader, ...]:
