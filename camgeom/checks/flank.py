@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import degrees
+from math import acos, atan, cos, degrees
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,11 +30,24 @@ def pressure_angle(model: Model) -> Iterable[Finding]:
     where = worst.where
     if not model.mechanism.touches and model.drive_angle is None:
         where = f"at {worst.place:.6g} mm along the roller axis"
+    advice = "give the motion more cam angle, enlarge the cam, or take a law of lower peak velocity"
+    limit = limits.pressure_angle_deg
+    if limit is not None and (lean := _lean(model)):
+        flat = degrees(acos(min(1.0, cos(worst.value) / cos(lean))))
+        if flat <= limit < degrees(worst.value):
+            advice = f"a smaller roller.half_angle: without the cone's lean it is {flat:.6g} deg there"
     yield judged(
-        "pressure-angle", degrees(worst.value), "<=", limits.pressure_angle_deg, "deg",
-        "give the motion more cam angle, enlarge the cam, or take a law of lower peak velocity",
+        "pressure-angle", degrees(worst.value), "<=", limit, "deg", advice,
         warn=limits.warn_pressure_angle_deg, cam_angle=worst.cam_angle, where=where,
     )  # fmt: skip
+
+
+def _lean(model: Model) -> float:
+    """By how much cones parallel to the cam's axis lean to it, rad; 0 of what does not."""
+    from camgeom.track import Straight
+
+    meridians = [track.meridian for track in model.tracks if track.upright]
+    return max((atan(abs(one.slope)) for one in meridians if isinstance(one, Straight)), default=0.0)
 
 
 @check("undercut", "tracks")

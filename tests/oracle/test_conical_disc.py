@@ -214,6 +214,18 @@ def test_pressure_angle_under_an_arm_is_that_of_the_roller_on_its_pin(
         assert judged.level == level
 
 
+def test_the_lean_is_named_where_without_it_the_pressure_angle_would_pass() -> None:
+    def told(limit: float, half_angle: float) -> str:
+        limits = {"pressure_angle_deg": limit}
+        (found,) = findings(made(roller={"half_angle": half_angle}, limits=limits), ["pressure-angle"])
+        assert found.level == "fail"
+        return found.advice
+
+    (flat,) = findings(made(roller={"half_angle": 1e-9}), ["pressure-angle"])
+    for share, named in ((1.001, True), (0.999, False)):
+        assert ("without the cone's lean it is" in told(share * flat.value, -20.0)) == named
+
+
 def test_the_quoted_place_is_a_height_and_no_radius() -> None:
     flank = compute(made(), ("flank",)).data["flank"]
     assert "pitch_radius_mm" not in flank
