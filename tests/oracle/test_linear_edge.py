@@ -15,6 +15,7 @@ from camgeom.machining.job import machining_of
 from camgeom.machining.spec import CutterSpec
 from camgeom.model import Model
 from camgeom.profile import parse
+from camgeom.report.result import compute
 
 STROKE, RISE, FIRST, WIDE, RADIUS = 100.0, 20.0, 15.0, 70.0, 9.0
 BASE = """
@@ -196,6 +197,20 @@ def test_an_edge_that_leaves_the_plate_is_refused_and_one_just_within_is_not(key
     plate(**{key: last + way * 1e-3})
     with pytest.raises(ProfileError, match=f"cam.{key}"):
         plate(**{key: last - way * 1e-3})
+
+
+def test_every_state_tells_the_force_of_its_drive_where_the_plate_has_a_mass() -> None:
+    """`contact` tells of the state that is pressed hardest, which another may exceed; the check asks all."""
+    states = '[[duty]]\nspeed = 40\nshare = 0.5\n[[duty]]\nshare = 0.5\n'
+    model = plate(more=states)
+    found = compute(model, ("contact", "fatigue")).data
+    forces = [state.slide_drive.peak.value for state in model.states if state.slide_drive is not None]
+    assert [one["peak_drive_force_n"] for one in found["fatigue"]["states"]] == pytest.approx(forces)
+    assert forces[0] != pytest.approx(forces[1], rel=1e-3)
+    (judged,) = findings(plate(more=states, limits="drive_force_n = 150"), ["drive-force"])
+    assert judged.value == pytest.approx(max(forces))
+    light = compute(plate(more=states, cam=""), ("fatigue",)).data
+    assert all("peak_drive_force_n" not in one for one in light["fatigue"]["states"])
 
 
 def test_a_place_beyond_the_plate_is_told_bounds_that_it_may_not_have() -> None:

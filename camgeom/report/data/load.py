@@ -196,7 +196,10 @@ def state_data(model: Model, lives: Mapping[str, float]) -> dict[str, Any]:
     if model.friction_power is not None:
         data["friction_power_w"] = model.friction_power
     if model.slide_drive is not None:
-        data["peak_travel_force_n"] = model.slide_drive.peak_groove.value
+        drive = model.slide_drive
+        data["peak_travel_force_n"] = drive.peak_groove.value
+        if drive.mass is not None:
+            data["peak_drive_force_n"] = drive.peak.value
     elif model.shaft is not None:
         data["peak_torque_n_m"] = model.shaft.peak_torque.value * MILLI
     for body, hours in model.lives.items():
