@@ -22,8 +22,9 @@ from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.mechanism import Drive
 from camgeom.tolerance.causes import CAUSES, NORMAL, Cause
-from camgeom.tolerance.ends import Ends, inset
-from camgeom.tolerance.seat import Bools, Reals, balance, bracket, pressures, room
+from camgeom.tolerance.ends import Ends
+from camgeom.tolerance.places import SINGLE, Abreast, End, Order, Position, Room, Rows, settle_over, taken
+from camgeom.tolerance.seat import Bools, Reals, pressures
 from camgeom.tolerance.sensitivity import Loaded, Seated, Sensitivities, resting
 from camgeom.tolerance.shares import Singles, Sums, first_order, sums_of
 from camgeom.tolerance.spec import Distribution
@@ -56,16 +57,9 @@ PILOTS = 512
 SHORT = 0.015
 """share by which the largest figures of them there fall short of those at all angles, on the mean; of all stops they
 then tell what 99 % of the machines keep within 0.5 %"""
-SINGLE = np.float32
-ROUNDED = 4.0 * float(np.finfo(SINGLE).eps)
-"""share of the largest approach within which approaches are the same"""
-TINY = SINGLE(1e-30)
-"""of a machine's numbers: a deviation of seconds of arc is good to a hundred thousandth of one"""
 EXPLAINED = 16
 """blocks from which the contributions are told, 32 768 machines: a share r² of the variance is then good to its
 standard error 2 r sqrt((1 - r²) / n), at most 0.007"""
-Room = Singles
-Rows = npt.NDArray[np.intp]
 Judged = TypeVar("Judged")
 Spreads = Mapping[str, tuple[float, float, Distribution]]
 """mean, half width, mm or rad, and distribution of the errors by key"""
@@ -79,210 +73,6 @@ class Column:
     cause: Cause
     owner: int
     part: int
-
-
-@final
-@immutable
-class End:
-    """An end of a plate's groove: what a unit of each column does to the stations of its walls, see `Ends`.
-
-    way, growth  mm, (q, c); beside, lever: of the walls, (q, 1); room: running clearance, mm
-    """
-
-    way: Floats
-    growth: Floats
-    beside: Floats
-    lever: Floats
-    room: float
-
-    def reach(self, x: Singles) -> Floats:
-        """How far machines x (c, size) carry their roller towards it, mm, (size,)."""
-        return np.asarray(((self.way + self.growth) @ x).max(axis=0))
-
-    def insets(self, x: Singles) -> tuple[Floats, Floats]:
-        """How much nearer to the middle their followers stand by it on what pushes and on what holds, (size,) each."""
-        found = inset(self.way @ x, self.room - self.growth @ x, self.beside, self.lever)
-        pushes = self.lever[:, 0] < 0.0
-        return found[pushes].max(axis=0), found[~pushes].max(axis=0)
-
-
-@final
-@immutable
-class Position:
-    """A cam angle at a stop: how the columns bring each station nearer, as deviations of the coordinate.
-
-    columns     which of a machine's numbers count there, (c,)
-    near        approach over |lever| per unit of a column, mm or rad, (q, c), stations that push first
-    nominal     the same without errors, (q, 1); pushing: how many stations push; base: nominal low and high
-    side        of the load (see `Walls`); half_levers: see `Walls`
-    lever, stiffness, load  of all stations, (q, 1), for what is pressed
-    end         where the groove of a plate ends there, with the same columns
-    """
-
-    theta: float
-    stop: int
-    dwell: bool
-    columns: npt.NDArray[np.intp]
-    near: Singles
-    nominal: Singles
-    pushing: int
-    lever: Singles
-    stiffness: Singles
-    load: float
-    side: float
-    half_levers: tuple[float, float]
-    base: tuple[float, float]
-    end: End | None = None
-
-    def bounds(self, x: Singles) -> tuple[Singles, Reals, Reals]:
-        """Approaches over |lever| of machines x (columns, size), (q, size), rigid bounds low, high (size,)."""
-        near = self.near @ x[self.columns]
-        near += self.nominal
-        low: Reals = near[: self.pushing].max(axis=0, initial=-np.inf)
-        high: Reals = -near[self.pushing :].max(axis=0, initial=-np.inf)
-        if self.end is not None:
-            first, second = self.end.insets(x[self.columns])
-            low, high = low + first, high - second
-        return near, low, high
-
-    def balanced(self, near: Singles, low: Reals, high: Reals) -> Floats:
-        """Where what is pressed stands, (r,), of approaches (q, r) and bounds (r,)."""
-        load = np.full(1, self.load)
-        ends = bracket(low, high, room(self.lever, self.stiffness, load))
-        return balance(near * np.abs(self.lever), self.lever, self.stiffness, load, *ends, self._start(near))
-
-    @cached_property
-    def pull(self) -> Singles:
-        """What an approach over |lever| of each station adds to the follower's load, (q,): what pushes above zero."""
-        return np.asarray(-self.lever * np.abs(self.lever) * self.stiffness)[:, 0]
-
-    @cached_property
-    def _linear(self) -> Singles:
-        """What they move the follower by as long as what presses nominally does, (q,); NaN where nothing does."""
-        away = np.sign(self.lever) * self.base[0] + self.nominal > 0.0
-        pull = np.where(away[:, 0], self.pull, 0.0)
-        return np.asarray(pull / (np.abs(pull).sum() or np.nan), dtype=SINGLE)
-
-    def _start(self, near: Singles) -> Floats:
-        """Where what is pressed is looked for first, (r,): where it stands if the same stations press as nominally."""
-        return np.asarray(self.base[0] + self._linear @ (near - self.nominal), dtype=np.float64)
-
-    def excess(self, near: Singles, psi: Singles, room: Singles) -> Singles:
-        """Load, (n,), that approaches (q, n) give at psi (n,) beyond what is asked: it falls with psi; room: (q, n),
-        overwritten."""
-        first = self.pushing
-        np.maximum(near[:first], psi, out=room[:first])
-        np.maximum(near[first:], -psi, out=room[first:])
-        given: Singles = self.pull @ room
-        given -= psi * self._hard
-        given -= SINGLE(self.load)
-        return given
-
-    @cached_property
-    def _hard(self) -> np.float32:
-        """What all of them take off together as the follower moves on by a unit."""
-        return SINGLE(np.abs(self.pull).sum())
-
-    def pressure(self, near: Singles, low: Reals, high: Reals, square: Singles) -> Floats:
-        """Largest pressure of approaches (q, r) with bounds (r,), MPa, (r,); square: see `Machines._hard`."""
-        psi = self.balanced(near, low.astype(np.float64), high.astype(np.float64))
-        pressed = np.maximum(near * np.abs(self.lever) + self.lever * psi.astype(SINGLE), 0.0)
-        return np.asarray(np.sqrt((square * pressed).max(axis=0)), dtype=np.float64)
-
-
-@final
-@immutable
-class Abreast:
-    """Positions of a cam angle, whose machines are judged at once as if they were as many more.
-
-    at       one of them: where they differ is in near alone
-    columns  which of a machine's numbers count there, (c,), the last one with what is nominal, all: a slice
-    near     as of a position, (q p, c)
-    alike    of each position the one of others, whose followers rest in the same places, to which numbers of these
-             columns alone add what turns with the cam; near is then (q, c); None: none is
-    """
-
-    at: Position
-    columns: npt.NDArray[np.intp] | slice
-    near: Singles
-    alike: tuple[int, ...] | None = None
-
-    @classmethod
-    def of(cls, each: Sequence[Position], columns: int) -> Abreast:
-        """Of positions of machines with so many numbers."""
-        near = np.zeros((len(each[0].near), len(each), columns + 1), dtype=SINGLE)
-        for i, one in enumerate(each):
-            near[:, i, one.columns] = one.near
-        near[:, :, columns] = each[0].nominal
-        used = np.unique(np.concatenate([*(one.columns for one in each), [columns]]))
-        flat = near.reshape(-1, columns + 1)
-        return cls(each[0], slice(None), flat) if len(used) > columns else cls(each[0], used, flat[:, used])
-
-    def split(self, turning: Bools) -> tuple[Singles, Singles]:
-        """near with all columns, (q, p, c), of what turns with the cam, and of what does not."""
-        whole = np.zeros((len(self.near), len(turning)), dtype=SINGLE)
-        whole[:, self.columns] = self.near
-        each = whole.reshape(len(self.at.near), -1, len(turning))
-        return np.where(turning, each, SINGLE(0.0)), np.where(turning, SINGLE(0.0), each)
-
-    def beside(self, others: Singles, turning: Bools) -> Abreast:
-        """The same, told by what others (q, o, c) have in common with it, if each of its positions is one of them."""
-        turned, still = self.split(turning)
-        if self.at.end is not None or len(still) != len(others) or np.ptp(turned, axis=1).any():
-            return self
-        apart = np.abs(still[:, :, None] - others[:, None]).max(axis=(0, 3))
-        if apart.min(axis=1).max() > ROUNDED * np.abs(others).max():
-            return self
-        columns = np.flatnonzero(turning)
-        return replace(self, columns=columns, near=turned[:, 0, columns], alike=tuple(apart.argmin(axis=1).tolist()))
-
-    def rooms(self, x: Singles, room: Room) -> tuple[Singles, Singles]:
-        """Memory of approaches of machines (columns, n): of all positions, (q, p n), and of one, (q, n)."""
-        one = len(self.at.near) * x.shape[1]
-        every = len(self.near if self.alike is None else self.alike * len(self.at.near)) * x.shape[1]
-        return room[:every].reshape(len(self.at.near), -1), room[every : every + one].reshape(-1, x.shape[1])
-
-    def bounds(self, x: Singles, near: Singles, others: Singles | None = None) -> tuple[Singles, Reals, Reals]:
-        """As of a position, of machines (columns, n): near (q, p n), which is filled, bounds (p n,); others: approaches
-        (q, o, n) at those that are alike."""
-        at = self.at
-        if at.end is not None:
-            return at.bounds(x)
-        if self.alike is None or others is None:
-            np.matmul(self.near, x[self.columns], out=near.reshape(len(self.near), -1))
-        else:
-            turned = self.near @ x[self.columns]
-            for one, which in zip(near.reshape(len(near), -1, x.shape[1]).swapaxes(0, 1), self.alike):
-                np.add(others[:, which], turned, out=one)
-        low: Reals = near[: at.pushing].max(axis=0, initial=-np.inf)
-        high: Reals = near[at.pushing :].max(axis=0, initial=-np.inf)
-        return near, low, np.negative(high, out=high)
-
-    def press(self, x: Singles, square: Singles, most: Floats, room: Room) -> None:
-        """Raise most, MPa, (n,), to the pressures of machines (columns, n) that are larger; square: see `_hard`."""
-        at, size = self.at, x.shape[1]
-        first, second = self.rooms(x, room)
-        near, low, high = self.bounds(x, first)
-        weight = square * np.abs(at.lever)
-        sides = [(side, sign) for side, sign in ((slice(at.pushing), -1.0), (slice(at.pushing, None), 1.0))
-                 if weight[side].any()]  # fmt: skip
-
-        def over() -> Singles:
-            # Where the follower stands as soon as a station is pressed harder than known.
-            apart = (most * most).astype(SINGLE) / np.maximum(weight, TINY)
-            found = np.full((len(low) // size, size), -np.inf, dtype=SINGLE)
-            for one, most_over in zip(near.reshape(len(near), -1, size).swapaxes(0, 1), found):
-                np.subtract(one, apart, out=second)
-                ends = [(sign, -sign * second[side].max(axis=0)) for side, sign in sides]
-                for sign, psi in ends:
-                    np.maximum(most_over, sign * at.excess(one, psi, second), out=most_over)
-            return found
-
-        def settle(rows: Rows) -> None:
-            found = at.pressure(_taken(near, rows), low[rows], high[rows], square)
-            np.maximum.at(most, rows % size, found)
-
-        _settle(over, settle)
 
 
 Zero = tuple[Reals, Reals]
@@ -435,7 +225,7 @@ class Machines:
         return [(position, square) for position in self._positions(seated, row, stops, False)]
 
     @cached_property
-    def stops(self) -> tuple[int, float]:
+    def stops(self) -> tuple[int, int]:
         """How many stops bring other rollers beside the cam, and by how many rollers the turret steps."""
         turret = self.loaded.mechanism.turret
         advance = self.loaded.mechanism.program.advance
@@ -610,7 +400,20 @@ class Machines:
             if not found or found[-1][0].theta != one.theta or len(found[-1]) == ABREAST:
                 found.append([])
             found[-1].append(one)
-        return tuple(Abreast.of(each, len(self.columns)) for each in found)
+        return tuple(Abreast.of(each, self._order) for each in found)
+
+    @cached_property
+    def _order(self) -> Order:
+        """In which numbers of machines lie that are judged abreast."""
+        numbers = len(self.columns) + 1
+        if self._stops == 1:
+            return Order(numbers)
+        holders, owner, _way = self._held
+        whose = range(self._seated.contacts.rollers)
+        rollers = [np.flatnonzero((holders == "roller") & (owner == i)).tolist() for i in whose]
+        turret = np.flatnonzero(holders == "turret").tolist()
+        still = np.flatnonzero((holders != "roller") & (holders != "turret")).tolist()
+        return Order.of([*still, numbers - 1], turret, [one for one in rollers if one], numbers)
 
     @cached_property
     def _rests(self) -> tuple[Abreast, ...]:
@@ -624,11 +427,10 @@ class Machines:
         return np.array([column.cause.holder in ("cam", "wall") for column in self.columns] + [True])
 
     @cached_property
-    def _still(self) -> Singles:
-        """What those that do not turn do where machines rest, (q, p, columns + 1), at the stops of one cam angle: in a
-        dwell they do it everywhere, and in the next one with the next rollers."""
-        each = self._abreast(self.resting)[0]
-        return each.split(self._turning)[1]
+    def _still(self) -> Abreast:
+        """What those that do not turn do where machines rest, at the stops of one cam angle: in a dwell they do it
+        everywhere, and in the next one with the next rollers."""
+        return self._abreast(self.resting)[0].still(self._turning)
 
     @cached_property
     def _moves(self) -> tuple[Abreast, ...]:
@@ -658,8 +460,9 @@ class Machines:
     def _press(self, x: Singles) -> Floats:
         """Largest pressure of machines (columns, size), MPa, (size,)."""
         most, room = np.zeros(x.shape[1]), _room([each for each, _ in self._presses], x)
+        ordered = self._order.ordered(x)
         for each, square in self._presses:
-            each.press(x, square, most, room)
+            each.press(ordered, square, most, room)
         return most
 
     def _judged(self, judge: Callable[[int, Singles], Judged], samples: int, workers: int) -> list[Judged]:
@@ -714,12 +517,13 @@ class Machines:
             low, high, play = self._stand(self.resting[0], x)
             zero = low, high
             plays(self.resting[0], play)
-        room, others = _room(self._rests, x), None
+        room, ordered, others = _room(self._rests, x), self._order.ordered(x), None
         if any(each.alike for each in self._rests):
-            count, stops, columns = self._still.shape
-            others = (self._still.reshape(-1, columns) @ x).reshape(count, stops, -1)
+            stops, count, _columns = self._still.near.shape
+            others = np.empty((count, stops, size), dtype=SINGLE)
+            self._still.fill(ordered, others)
         for each in self._rests:
-            plays(each.at, self._reach(each, x, rest, zero, room, others))
+            plays(each.at, self._reach(each, ordered, rest, zero, room, others))
         return np.stack([rest, np.maximum(loose, 0.0), tight])
 
     def _told(self, _: int, x: Singles) -> Sums:
@@ -740,9 +544,9 @@ class Machines:
     def _move(self, x: Singles, dwell: Floats) -> Floats:
         """Largest deviation of machines (columns, size), (size,), of which that in the dwells is known."""
         zero = self._stand(self.resting[0], x)[:2] if self.relative else None
-        worst, room = dwell.copy(), _room(self._moves, x)
+        worst, room, ordered = dwell.copy(), _room(self._moves, x), self._order.ordered(x)
         for each in self._moves:
-            self._reach(each, x, worst, zero, room)
+            self._reach(each, ordered, worst, zero, room)
         return worst
 
     def _numbers(self, rng: np.random.Generator, size: int) -> Singles:
@@ -774,7 +578,7 @@ class Machines:
         rows = np.flatnonzero(np.full(len(play), bool(position.side)) | (play < 0.0))
         bounds, low, high = (low[rows], high[rows]), low.astype(np.float64), high.astype(np.float64)
         if len(rows):
-            low[rows] = high[rows] = position.balanced(_taken(near, rows), *bounds)
+            low[rows] = high[rows] = position.balanced(taken(near, rows), *bounds)
         return low - base_low, high - base_high, play
 
     def _rigid(self, position: Position, low: Reals, high: Reals) -> Reals | None:
@@ -818,7 +622,7 @@ class Machines:
             return found
 
         def settle(rows: Rows) -> None:
-            stands = at.balanced(_taken(near, rows), low[rows], high[rows])
+            stands = at.balanced(taken(near, rows), low[rows], high[rows])
             raised(rows, stands, stands)
 
         if free is not None:
@@ -829,7 +633,7 @@ class Machines:
             rows = np.flatnonzero(free & (off > worst.astype(SINGLE)))
             raised(rows, low[rows].astype(np.float64), high[rows].astype(np.float64))
         if free is None or not free.all():
-            _settle(over, settle)
+            settle_over(over, settle)
         return np.asarray(play.max(axis=0))
 
 
@@ -858,31 +662,10 @@ def _inside(end: End, base: tuple[float, float], side: float) -> tuple[float, fl
     return (high, high) if side < 0.0 else (low, high)
 
 
-def _taken(values: Singles, rows: npt.NDArray[np.intp]) -> Singles:
-    """Columns of values (q, n): an index would turn the order of the array round, which then costs three times more."""
-    return values if len(rows) == values.shape[1] else values.take(rows, axis=1)
-
-
 def _room(each: Sequence[Abreast], x: Singles) -> Room:
     """Memory for the approaches of machines (columns, n) at any of the positions, see `Abreast.rooms`: had anew for
     each, it costs as much as what is put there."""
     return np.empty(max((len(one.at.near) for one in each), default=0) * (ABREAST + 1) * x.shape[1], dtype=SINGLE)
-
-
-def _settle(over: Callable[[], Singles], settle: Callable[[Rows], None]) -> None:
-    """Settle followers that are over what is known, (p, n), numbered through: of many the farthest of each machine
-    first, which leaves few others."""
-    found = over()
-    rows = np.flatnonzero(found > 0.0)
-    if len(rows) > found.shape[1] // 2:
-        first = found.argmax(axis=0) * found.shape[1] + np.arange(found.shape[1])
-        first = first[found.reshape(-1)[first] > 0.0]
-        settle(first)
-        found = over()
-        found.reshape(-1)[first] = 0.0
-        rows = np.flatnonzero(found > 0.0)
-    if len(rows):
-        settle(rows)
 
 
 def _within(position: Position, known: Floats, zero: Zero | None) -> Zero:

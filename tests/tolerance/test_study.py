@@ -20,6 +20,7 @@ from camgeom.tolerance import samples
 from camgeom.tolerance.causes import ARCMIN, CAUSES, default_pivots
 from camgeom.tolerance.fits import clearance, limits
 from camgeom.tolerance.order import MOST
+from camgeom.tolerance.places import ROUNDED
 from camgeom.tolerance.samples import BLOCK, Machines
 from camgeom.tolerance.seat import walls_of
 from camgeom.tolerance.sensitivity import Loaded, Sensitivities
@@ -165,21 +166,39 @@ def test_dwells_share_what_does_not_turn_with_the_cam() -> None:
     machines = study.machines(study.spreads)
     x = machines._numbers(np.random.default_rng(1), 50)
     still, turning = machines._still, machines._turning
-    others = np.einsum("qoc,cn->qon", still, x)
+    ordered, others = machines._order.ordered(x), np.empty((still.near.shape[1], 8, 50), dtype=np.float32)
+    still.fill(ordered, others)
     assert [each.alike for each in machines._rests][:2] == [tuple(range(1, 8)), (*range(1, 8), 0)]
     places = iter(machines.resting[1:])
     for each in machines._rests:
         assert each.alike is not None
-        near = each.bounds(x, np.empty((len(still), len(each.alike) * 50), dtype=np.float32), others)[0]
-        for own in near.reshape(len(still), -1, 50).swapaxes(0, 1):
+        near = each.bounds(ordered, np.empty((len(others), len(each.alike) * 50), dtype=np.float32), others)[0]
+        for own in near.reshape(len(others), -1, 50).swapaxes(0, 1):
             there = next(places).bounds(x)[0]
             np.testing.assert_allclose(own, there, rtol=0.0, atol=1e-6 * float(np.abs(there).max()))
     one = machines._abreast(machines.resting[8:16])[0]
-    limit = samples.ROUNDED * float(np.abs(still).max())
+    limit = ROUNDED * float(np.abs(still.near).max())
     for share, alike in ((0.9, True), (1.2, False)):
-        moved = still.copy()
-        moved[0, 3, int(np.argmin(turning))] += np.float32(share * limit)
-        assert (one.beside(moved, turning).alike is not None) == alike
+        moved = still.near.copy()
+        moved[3, 0, int(np.argmin(turning))] += np.float32(share * limit)
+        assert (one.beside(replace(still, near=moved), turning).alike is not None) == alike
+
+
+def test_places_abreast_are_those_one_by_one() -> None:
+    """A product with a short stretch of the numbers, in their order, and what all stops share: each place's."""
+    study = Model(parse((ROOT / "profiles" / "tool_changer.toml").read_text())).tolerances
+    machines = study.machines(study.spreads)
+    x = machines._numbers(np.random.default_rng(2), 50)
+    ordered = machines._order.ordered(x)
+    assert {int(row) for row in np.unique(machines._order.rows)} == set(range(len(x)))
+    places = iter(machines.moving)
+    for each in machines._moves:
+        near = np.empty((each.near.shape[1], 8, 50), dtype=np.float32)
+        each.fill(ordered, near)
+        assert all(near.shape[1] <= 30 for _, near in each._parts[1])
+        for own in near.swapaxes(0, 1):
+            there = next(places).bounds(x)[0]
+            np.testing.assert_allclose(own, there, rtol=0.0, atol=1e-6 * float(np.abs(there).max()))
 
 
 def test_moves_and_pressures_are_those_of_all_stops() -> None:
