@@ -26,6 +26,16 @@ def axes(data, lift):
             return tuple(np.stack([x, y, np.full(len(phi), middle + way * half)]) for way in (-1.0, 1.0))
 
         return [(ends, r)]
+    if cam["kind"] == "conical" and roller.get("shape", "cylinder") == "cylinder":
+        lean, outer = radians(cam["half_angle"]), 0.5 * cam["diameter"]
+
+        def leaning(phi):
+            along = cam["start"] + lift(phi)
+            x, z = outer - along * np.sin(lean), along * np.cos(lean)
+            return tuple(np.stack([x - deep * np.cos(lean), np.zeros(len(phi)), z - deep * np.sin(lean)])
+                         for deep in (roller["length"], 0.0))  # fmt: skip
+
+        return [(leaning, r)]
     if cam["kind"] != "end-face" or follower["kind"] != "translating" or roller.get("shape", "cylinder") != "cylinder":
         return None
     middle, half = 0.25 * (cam["diameter"] + cam["inner_diameter"]), 0.5 * roller["length"]

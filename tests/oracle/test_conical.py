@@ -23,6 +23,7 @@ from camgeom.model import Model
 from camgeom.profile import from_data
 from camgeom.report.result import compute
 from tests.oracle.cams import judges_of
+from tests.oracle.stations import least_apart, torque
 from tests.places import PROFILES, ROOT
 
 sys.path.insert(0, str(ROOT / "scripts" / "stability"))
@@ -90,6 +91,23 @@ def test_a_cone_without_half_angle_is_the_drum_and_goes_over_to_it(roller: dict[
         off.append(max(abs(got[key] / want[key] - 1.0) for key in keys if want[key]))
     assert off[0] < 3e-3
     assert off[1] < 1e-4
+
+
+def test_a_flat_cone_goes_over_to_a_disc_with_a_groove_in_its_face() -> None:
+    # The roller's axis stands 55 mm from the cam's at rest and moves out; a disc's roller lies along the cam's axis.
+    disc = {"kind": "disc", "form": "groove", "base_radius": 45.5, "width": 30.0, "diameter": 230.0}
+    disc["groove_depth"] = 12.0
+    found = []
+    for lean in (60.0, 85.0):
+        rise = sin(radians(lean))
+        along = 15.0 + 30.0 + 9.5 + 12.0 * tan(radians(lean)) + 6.0
+        found.append(model(half_angle=-lean, diameter=2.0 * (55.0 - 15.0 * rise), length=along * cos(radians(lean)),
+                           start=15.0, bore=0.0))  # fmt: skip
+    flat = Model(from_data(cone() | {"cam": disc}))
+    for figure in ("pressure_angle", "margin", "relative_curvature"):
+        far, near, want = (getattr(one.flanks[0], figure).value for one in (*found, flat))
+        assert near == pytest.approx(want, rel=0.015)
+        assert figure != "pressure_angle" or abs(near - want) < 0.2 * abs(far - want)
 
 
 def test_the_pressure_angle_is_that_of_the_path_on_the_parallel_cone() -> None:
@@ -301,6 +319,29 @@ def test_the_groove_rolled_out_is_as_long_as_it_is_on_the_cone() -> None:
                 points, rates = flank.at(phi)
                 off = np.abs(np.gradient(points, phi, axis=1) - rates)[:, 1:-1].max()
                 assert off < 0.01 * hypot(*np.abs(rates).max(axis=1))
+
+
+@pytest.mark.parametrize("angle", [19.0, 140.0])
+def test_two_followers_on_one_cone_stand_and_press_as_the_oracle_has_them(angle: float) -> None:
+    data = cone(station=({"angle": angle, "mass": 2.5},), direction="cw", bore=0.0)
+    one = Model(from_data(data))
+    program = one.setup.program
+    wanted = least_apart(data, lambda phi: program.jet(phi, 0)[0], count=3601)
+    assert one.apart is not None
+    assert one.apart.value == pytest.approx(wanted, abs=0.02)
+    assert finding(one, "followers-apart").passed is (wanted > 0.0)
+    theta = np.linspace(0.1, 6.2, 300)
+    want = torque(data, program, theta)[0]
+    off = np.abs(one.camshaft.at(theta) - want)
+    assert np.quantile(off, 0.98) < 1e-6 * np.abs(want).max()
+
+
+def test_play_of_a_leaning_follower_strikes_as_a_drums_does_without_a_half_angle() -> None:
+    given = {"running_clearance": 0.02, "impact": {"turns": 2, "settle": 1, "tolerance": 1e-5}}
+    each = drum(**given), model(half_angle=0.0, **given), model(half_angle=1e-3, **given)
+    peaks = [finding(one, "impact-pressure").value for one in each]
+    assert peaks[1] == pytest.approx(peaks[0], rel=1e-9)
+    assert peaks[2] == pytest.approx(peaks[0], rel=1e-2)
 
 
 def test_places_of_the_shipped_guide_are_those_of_the_oracle_in_every_product() -> None:
