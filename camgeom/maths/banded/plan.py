@@ -13,8 +13,9 @@ from camgeom.maths.banded.facets import Asked, Band, Index, Mask, points_of
 from camgeom.maths.sampling import MAX_CELLS, subdivided_knots
 from camgeom.maths.surface import cross, dot
 
-BLOCKS = 12
-"""stretches of one number of rows between two knots"""
+BLOCKS, BESIDE = 15, 12
+"""stretches of one number of rows between two knots, and where something beyond the bands asks for steps of its own
+(measured on the shipped drums and indexing cams)"""
 CELLS = 3
 """cells of angle in a block, in which second forms are measured"""
 ACROSS = 4
@@ -23,6 +24,9 @@ FILL = 0.985
 """aim of steps and rows as a share of the tolerance, so that third-order terms stay inside it"""
 GROWTH = 1.1
 """of the numbers of rows to choose from"""
+SWITCH = 1.5
+"""columns that a change of the number of rows counts as: columns are rounded up on either side of it, those of bands
+that share an edge too (measured; where something is beyond the bands it takes more triangles, and is left out)"""
 MOST = 4000
 """rows of a band"""
 LONGER = 2.5
@@ -158,9 +162,10 @@ class Plan:
 
 def planned(bands: Sequence[Band], knots: Floats, closed: bool, beyond: Longest | None) -> Plan:
     """Rows block by block, and the angles of every edge and of every band's columns."""
-    theta = subdivided_knots(knots, BLOCKS * CELLS)
+    blocks = BLOCKS if beyond is None else BESIDE
+    theta = subdivided_knots(knots, blocks * CELLS)
     width = np.diff(theta)
-    longest = np.repeat(np.diff(knots), BLOCKS * CELLS)
+    longest = np.repeat(np.diff(knots), blocks * CELLS)
     forms = forms_of(bands, theta)
     n = len(width)
     room = 8.0 * FILL * np.array([band.room for band in bands])
@@ -176,7 +181,8 @@ def planned(bands: Sequence[Band], knots: Floats, closed: bool, beyond: Longest 
         h = np.minimum(forms.steps(which, choice, room, longest),
                        forms.within(which, choice[:, None, None], room / 8.0))  # fmt: skip
         cost = np.where(h > 0.0, choice[:, None, None] * width / np.where(h > 0.0, h, 1.0), np.inf)
-        pick = cost.reshape(size, len(which), -1, CELLS).sum(axis=3).argmin(axis=0).repeat(CELLS, axis=1)
+        cells = cost.reshape(size, len(which), -1, CELLS).sum(axis=3)
+        pick = (_steady(cells, choice) if beyond is None else cells.argmin(axis=0)).repeat(CELLS, axis=1)
         count[which] = choice[pick]
         step[which] = np.take_along_axis(h, pick[None], axis=0)[0]
     own = 1.0 / step
@@ -194,6 +200,21 @@ def planned(bands: Sequence[Band], knots: Floats, closed: bool, beyond: Longest 
     shrinks = np.array([[band.shrinks is not None] for band in bands])
     tied = np.array([[band.even] for band in bands]) | (shrinks & thin.any(axis=2))
     return _stretches(knots, theta, density, count[:, ::CELLS], tied, forms.leans(count, step), closed)
+
+
+def _steady(cost: Floats, choice: Index) -> Index:
+    """Which number of rows each block of bands takes, (b, m): the fewest cells, a block's by choice (q, b, m), with
+    those of SWITCH columns at a change (shortest way through all blocks: Viterbi, IEEE Trans. Inf. Theory 13, 1967)."""
+    change = 0.5 * SWITCH * (choice[:, None] + choice) * (choice[:, None] != choice)
+    whole, came = cost[:, :, 0], []
+    for block in range(1, cost.shape[2]):
+        ways = whole[:, None] + change[:, :, None]
+        came.append(ways.argmin(axis=0))
+        whole = ways.min(axis=0) + cost[:, :, block]
+    pick = [whole.argmin(axis=0)]
+    for back in reversed(came):
+        pick.append(np.take_along_axis(back, pick[-1][None], axis=0)[0])
+    return np.stack(pick[::-1], axis=1)
 
 
 def _choice(most: int) -> Index:
