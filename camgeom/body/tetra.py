@@ -26,6 +26,7 @@ from camgeom.maths.mesh import Mesh
 from camgeom.mechanics.material import Material
 from camgeom.mechanics.turret_duty import TurretDuty
 from camgeom.solid import Part
+from camgeom.solid.bell import GroovedRing
 from camgeom.solid.cut import CutBlank
 from camgeom.solid.drum import GroovedCylinder
 from camgeom.solid.prism import ConicalDisc
@@ -104,8 +105,10 @@ class TetraMesh:
 
 
 def solid_cut(part: Part) -> bool:
-    """Whether a body that a roller presses is no ring: a groove that runs out, a disc's leaning flank, a cone."""
-    return isinstance(part, CutBlank | ConicalDisc) or (isinstance(part, GroovedCylinder) and part.slope != 0.0)
+    """Whether a body that a roller presses is filled with tetrahedra: a groove that runs out, a disc's leaning flank, a
+    cone, a ring with a groove in its inside."""
+    cone = isinstance(part, GroovedCylinder) and part.slope != 0.0
+    return cone or isinstance(part, CutBlank | ConicalDisc | GroovedRing)
 
 
 def filled(part: Part, surface: Mesh) -> TetraMesh:

@@ -31,13 +31,14 @@ _CHUNK = 8192
 
 def no_tool(model: Model) -> str:
     """Why no tool is known: without a [cutter] it is like the follower's roller."""
-    known = model.profile.cutter is not None or model.mechanism.roller is not None
-    return "" if known else "needs a [cutter] table: the follower has no roller, and so no tool like it"
+    if model.profile.cutter is None and model.mechanism.roller is None:
+        return "needs a [cutter] table: the follower has no roller, and so no tool like it"
+    return model.mechanism.no_tool
 
 
 def no_program(model: Model) -> str:
     """Why there is no program for a machine."""
-    return NO_CUTTER if model.profile.cutter is None else ""
+    return model.mechanism.no_tool or (NO_CUTTER if model.profile.cutter is None else "")
 
 
 def no_rest(model: Model) -> str:

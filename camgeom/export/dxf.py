@@ -388,7 +388,8 @@ def _drum(model: Model, drum: Drum) -> list[PlaneView]:
     cut = "groove" if len(tracks[0].sides) > 1 else "rib" if len(tracks) > 1 else tracks[0].name
     room = roller.diameter if roller is not None and len(turns) > 1 else 1.0
     views = []
-    for word, radius in drum_radii(drum.radius, model.mechanism.quoted_radius or drum.radius):
+    for name, radius in drum_radii(drum.radius, model.mechanism.quoted_radius or drum.radius):
+        word = "inner" if drum.hollow and name == "outer" else name
         places = [(radius * ((TURN - k) if sense > 0.0 else k), k) for k in knots]
         left, right = sorted((places[0][0], places[-1][0]))
         curves = tuple(

@@ -323,7 +323,7 @@ class Model(Sealed):
             within = mechanism.within
             borne = [walled(cutting(track), within) for track in turret.bearing]
             pairs = [(track, cutting(tool)) for track, tool in zip(borne, self.cutters) if track is not None]
-        return tuple(Survey(track, cutter, foot, within) for track, cutter in pairs)
+        return tuple(Survey(track, cutter, foot, within, mechanism.wall_mouth) for track, cutter in pairs)
 
     @fact
     def lost_contact(self) -> dict[str, tuple[tuple[float, float], ...]]:

@@ -194,20 +194,11 @@ class RibbedCylinder(QuickPart):
     @property
     def sides(self) -> tuple[float, float]:
         """Sides (+1 or -1) of the lower and the upper roller that cut the rib."""
-        return self._facing(self.lower, 1.0), self._facing(self.upper, -1.0)
+        return facing(self.lower, 1.0), facing(self.upper, -1.0)
 
     def wall(self, column: Column, side: float, share: Floats) -> Floats:
         """Points (3, n, k) of a flank at shares (k,) or (n, k) of the way from its foot to the rib's top."""
-        foot = column.reach(side, cylinder_level(self.base), self.base)
-        top = column.reach(side, cylinder_level(self.radius), self.radius)
-        return column.wall(side, foot + (top - foot) * share)
-
-    @staticmethod
-    def _facing(track: Track, sign: float) -> float:
-        """The side (+1 or -1) of the roller's flank whose normal points along sign * Z."""
-        column = Column(track, np.zeros(1))
-        t = np.array([track.meridian.parameter(track.contact[1])])
-        return 1.0 if sign * (column.wall(1.0, t)[2, 0, 0] - column.wall(-1.0, t)[2, 0, 0]) > 0.0 else -1.0
+        return wall_between(column, side, (self.base, self.radius), share)
 
     def check(self, edges: Sequence[Floats]) -> None:
         """DesignError where the edges (3, n), from the lower foot up, leave the drum, turn back, or cross."""
@@ -252,14 +243,25 @@ class EndFaceRing(QuickPart):
     def face(self, column: Column, share: Floats) -> Floats:
         """Points (3, n, k) of the end face at shares (k,) or (n, k) of the way from its outer edge inwards."""
         (side,) = self.track.sides
-        out, into = (column.reach(side, cylinder_level(radius), radius) for radius in (self.outer, self.inner))
-        return column.wall(side, out + (into - out) * share)
+        return wall_between(column, side, (self.outer, self.inner), share)
 
     def check(self, edges: tuple[Floats, Floats]) -> None:
         """DesignError where the outer or the inner edge (3, n) turns back, or cuts into the web."""
         if min(edge[2].min() for edge in edges) <= self.web:
             raise DesignError("the end face cuts into the web; a greater `height` or a thinner `web`")
         refuse_turned(edges, "end face's")
+
+
+def facing(track: Track, sign: float) -> float:
+    """The side (+1 or -1) of a roller's flank that is towards sign * Z."""
+    column, t = Column(track, np.zeros(1)), np.array([track.meridian.parameter(track.contact[1])])
+    return 1.0 if sign * (column.wall(1.0, t)[2, 0, 0] - column.wall(-1.0, t)[2, 0, 0]) > 0.0 else -1.0
+
+
+def wall_between(column: Column, side: float, radii: tuple[float, float], share: Floats) -> Floats:
+    """Points (3, n, k) of a flank at shares (k,) or (n, k) of the way from one cylinder about the axis to another."""
+    start, stop = (column.reach(side, cylinder_level(radius), radius) for radius in radii)
+    return column.wall(side, start + (stop - start) * share)
 
 
 def refuse_turned(edges: Sequence[Floats], whose: str) -> None:
@@ -321,9 +323,9 @@ def drum_walls(tracks: tuple[Track, ...], radius: float, floor: float, length: f
         for side in track.sides:
             x = column.wall(side, column.reach(side, cylinder_level(radius), radius))[:, :, 0]
             edges[side] = np.stack([radius * np.unwrap(np.arctan2(x[1], x[0])), x[2]])
-        walls += _ends(track, phi, np.stack([edge[1] for edge in edges.values()]), length)
+        walls += ends_walls(track, phi, np.stack([edge[1] for edge in edges.values()]), 0.0, length)
         if len(track.sides) == 2:
-            walls += _thinnest_web(track, phi, radius)
+            walls += thinnest_web(track, phi, radius)
     if bore is not None:
         walls.append(Wall("floor to bore", floor - bore.reach, None, "make the bore smaller or the groove shallower"))
     return walls
@@ -341,7 +343,7 @@ def cone_walls(ring: GroovedCylinder, floor: float) -> list[Wall]:
     depths = np.linspace(track.tip, ring.radius, WEB_DEPTHS)
     edges = [{side: edge_at(column, side, outside[side], depth, ring.radius) for side in track.sides}
              for depth in depths]  # fmt: skip
-    walls = _ends(track, phi, np.stack([x[2] for each in edges for x in each.values()]), ring.length)
+    walls = ends_walls(track, phi, np.stack([x[2] for each in edges for x in each.values()]), 0.0, ring.length)
     webs = [web for each in edges for web in _cone_webs(track, phi, each, ring.slope)]
     walls += [min(webs, key=lambda wall: wall.thickness)] if webs else []
     if bore is not None:
@@ -386,20 +388,25 @@ def _azimuth(x: Floats) -> npt.NDArray[np.complex128]:
     return np.asarray(x[0] + 1j * x[1])
 
 
-def _ends(track: Track, phi: Floats, z: Floats, length: float) -> list[Wall]:
-    """Walls from a groove's edges, heights z (k, n), to both ends of its drum, where they stay within it."""
+def ends_walls(
+    track: Track, phi: Floats, z: Floats, start: float, stop: float, below: str = "lower end"
+) -> list[Wall]:
+    """Walls from a groove's edges, heights z (k, n), to both ends of what it is cut into, where they stay within it.
+
+    start, stop  heights of the ends, mm; below: name of the lower one
+    """
     low, high = z.min(axis=0), z.max(axis=0)
     i, j = int(np.argmin(low)), int(np.argmax(high))
     advice = "move `start`, lengthen the drum, or shorten the stroke"
     found = []
-    if low[i] > 0.0:
-        found.append(Wall(f"{track.name} to lower end", float(low[i]), float(phi[i]), advice))
-    if high[j] < length:
-        found.append(Wall(f"{track.name} to upper end", float(length - high[j]), float(phi[j]), advice))
+    if low[i] > start:
+        found.append(Wall(f"{track.name} to {below}", float(low[i] - start), float(phi[i]), advice))
+    if high[j] < stop:
+        found.append(Wall(f"{track.name} to upper end", float(stop - high[j]), float(phi[j]), advice))
     return found
 
 
-def _thinnest_web(track: Track, phi: Floats, radius: float) -> list[Wall]:
+def thinnest_web(track: Track, phi: Floats, radius: float) -> list[Wall]:
     """Material between two passes of a groove, where it is thinnest from the floor to the outside: near the axis two
     steep passes are nearer to each other."""
     column = Column(track, phi)

@@ -18,6 +18,7 @@ from camgeom.maths import Floats
 from camgeom.maths.banded import Band, Banded, banded
 from camgeom.maths.sampling import TURN, Strip, subdivided_knots
 from camgeom.solid import TOUCHED, Part, Solid, stated
+from camgeom.solid.bell import NAMES, GroovedRing
 from camgeom.solid.blank import Blank, close_ends
 from camgeom.solid.builder import Builder
 from camgeom.solid.cut import IndexingCut
@@ -57,6 +58,8 @@ def fewest(part: Part, tolerance: float, free: float | None = None) -> Solid:
         return _ribbed(part, tolerance, free)
     if isinstance(part, EndFaceRing):
         return _end_face(part, tolerance, free)
+    if isinstance(part, GroovedRing):
+        return _bell(part, tolerance, free)
     if isinstance(part, IndexingCut):
         return _turret(part, tolerance, free)
     return part.solid(tolerance, free)
@@ -257,6 +260,44 @@ def _end_face(body: EndFaceRing, tolerance: float, free: float | None) -> Solid:
     bands = _with_free(bands, free)
     surface = banded(bands, body.track.knots())
     body.check((surface.edge(1), surface.edge(2)))
+    return _closed(body.name, surface, bands, body.track, (0.0, body.web), body.blank, tolerance, free)
+
+
+def _bell(body: GroovedRing, tolerance: float, free: float | None) -> Solid:
+    """Raises DesignError where an edge turns back, or the groove leaves the ring or crosses itself."""
+    columns, (low, high) = Columns(body.track), body.sides
+
+    def wall(side: float, column: Column, share: Floats) -> Floats:
+        return body.wall(column, side, share)
+
+    falling = Band("flank", partial(columns.points, partial(wall, high)), tolerance, even=True, sharp=True,
+                   source=columns)  # fmt: skip
+    out = Band("flank", partial(columns.points, partial(wall, low)), tolerance, even=True, sharp=True, source=columns,
+               side=1)  # fmt: skip
+    rising = replace(out, at=lambda phi, u: out.at(phi, 1.0 - u))
+    upper, lower = partial(_at_share, falling.at, 0.0), partial(_at_share, rising.at, 1.0)
+
+    def rim(phi: Floats) -> Floats:
+        return body.rim(upper(phi))
+
+    def end(phi: Floats, u: Floats) -> Floats:
+        start, stop = rim(phi), upper(phi).copy()
+        stop[2] = body.length
+        return start + (stop - start) * u
+
+    floor = _between(partial(_at_share, falling.at, 1.0), partial(_at_share, rising.at, 0.0), body.floor)
+    surfaces = (
+        _along_axis(rim, 0.0), end, _along_axis(upper, body.length), falling.at, floor, rising.at,
+        _along_axis(lower, body.web, down=True),
+    )  # fmt: skip
+    beside = (falling, falling, falling, falling, falling, rising, rising)
+    bands = [
+        own if name == TOUCHED else replace(_land(at, own), name=name, sharp=number > 0)
+        for number, (name, at, own) in enumerate(zip(NAMES, surfaces, beside))
+    ]
+    bands = _with_free(bands, free)
+    surface = banded(bands, body.track.knots())
+    body.check([surface.edge(b) for b in (3, 4, 5, 6)])
     return _closed(body.name, surface, bands, body.track, (0.0, body.web), body.blank, tolerance, free)
 
 

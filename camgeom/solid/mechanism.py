@@ -54,11 +54,12 @@ class Drive(Enum):
 
 @immutable(eq=True)
 class Drum:
-    """The outside of a drum, a cylinder or a cone, which can be rolled out (mm).
+    """The outside of a drum, a cylinder or a cone, or the inside of a ring, which can be rolled out (mm).
 
     low, high  heights z of its ends; depth: of the groove (rib: its height), square to the outside, where it is one
                number round the drum
     radius     of a cone: at z = 0; slope: by which it falls per mm of height
+    hollow     True of the inside of a ring, whose material lies beyond its radius
     """
 
     radius: float
@@ -66,14 +67,23 @@ class Drum:
     high: float
     depth: float | None = None
     slope: float = 0.0
+    hollow: bool = False
 
     def at(self, z: float) -> float:
         """Radius at a height, mm."""
         return self.radius - self.slope * z
 
+    @property
+    def floor(self) -> float:
+        """Where along the roller the groove's floor is, or the drum beside its rib, mm."""
+        deep = self.depth or 0.0
+        return self.radius + deep if self.hollow else self.radius - deep
+
     def under(self, x: Floats) -> Floats:
         """How deep points (3, ...) of the cam frame lie under the drum's outside, as far as it may reach, mm."""
         away = np.sqrt(x[0] * x[0] + x[1] * x[1])
+        if self.hollow:
+            return np.asarray(away + 1e-9 - self.radius)
         if self.slope:
             return np.asarray((self.radius - self.slope * x[2] - away) / sqrt(1.0 + self.slope**2) + 1e-9)
         return np.asarray(self.radius + 1e-9 - away)
@@ -230,6 +240,11 @@ class Mechanism(ABC):
         return self.tracks
 
     @property
+    def no_tool(self) -> str:
+        """Why no paths of a tool are made; empty where they are."""
+        return ""
+
+    @property
     def passages(self) -> tuple[Track, ...]:
         """Every roller as long as any part of it may be beside the cam, also where it touches nothing."""
         return self.tracks
@@ -282,6 +297,11 @@ class Mechanism(ABC):
     @property
     def wall_foot(self) -> tuple[Level, float] | None:
         """Surface on which the walls end, and a delta near it; None where they end at the tool's tip."""
+        return None
+
+    @property
+    def wall_mouth(self) -> tuple[Level, float] | None:
+        """Surface at which the walls begin, and a delta near it; None where they begin at the end of the contact."""
         return None
 
     @property

@@ -147,12 +147,14 @@ class Survey:
     foot    the surface at which that wall ends where it does not reach down to the tool's tip, and a delta near it
     within   how deep contact points (3, ...) lie on the cam, where rollers come and go: none beside it counts, and
             stations lie over what is left of a contact line that runs out of the cam
+    mouth   the surface at which the wall begins where that is not the end of the contact, and a delta near it
     """
 
     track: Track
     cutter: Track
     foot: tuple[Level, float] | None = None
     within: Within | None = None
+    mouth: tuple[Level, float] | None = None
 
     @cached_property
     def _grid(self) -> Grid:
@@ -278,8 +280,9 @@ class Survey:
         A wall may end on a surface; that of a ball ends where the two sides meet, short of the pole.
         """
         cutter = self.cutter
-        top = cutter.meridian.parameter(max(cutter.contact, key=lambda d: abs(d - cutter.tip)))
         column = Column(cutter, phi)
+        end = cutter.meridian.parameter(max(cutter.contact, key=lambda d: abs(d - cutter.tip)))
+        top = np.full((len(phi), 1), end) if self.mouth is None else column.reach(side, *self.mouth)
         low = column.bottom_t() if self.foot is None else column.reach(side, *self.foot)
         return np.asarray(low + (top - low) * np.linspace(0.0 if self.foot else 1e-3, 1.0, STATIONS))
 

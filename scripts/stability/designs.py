@@ -19,7 +19,7 @@ KINDS = (
 )  # fmt: skip
 """the kind of a seed is KINDS[seed % 20]; those that cost most come less often"""
 LATER, KINDS_LATER = 100_000, ("end-face", "unequal-pair", "stations", "grooves", "linear", "faces",
-                              "linear-edge", "disc-cone", "conical")  # fmt: skip
+                              "linear-edge", "disc-cone", "conical", "bell")  # fmt: skip
 """kinds that came when the seeds below had been judged already: those of seeds from LATER on, EACH of one after another
 """
 EACH = 10_000
@@ -92,6 +92,7 @@ def design(seed: int) -> dict[str, Any]:
         "cylindrical": _drum,
         "cylindrical-index": _barrel,
         "end-face": _end_face,
+        "bell": _bell,
         "globoidal": _globoid,
         "linear": _linear,
         "linear-edge": _linear_edge,
@@ -472,10 +473,7 @@ def _drum(dice: Dice) -> dict[str, Any]:
         follower: dict[str, Any] = {"kind": "translating"}
         motion = _round_trip(dice, stroke)
     else:
-        arm = max(stroke, outer) * dice.between(0.8, 3.0)
-        half = asin(min(0.95, 0.5 * stroke / arm))
-        follower = {"kind": "swinging", "arm": arm, "start_angle": float(np.degrees(-half))}
-        motion = _round_trip(dice, float(np.degrees(2.0 * half)))
+        follower, motion = _axial_arm(dice, stroke, outer)
     _bored(dice, cam, outer - depth)
     return {"cam": cam, "follower": follower, "roller": roller, "motion": motion}
 
@@ -524,12 +522,47 @@ def _end_face(dice: Dice) -> dict[str, Any]:
         follower: dict[str, Any] = {"kind": "translating"}
         motion = _round_trip(dice, stroke)
     else:
-        arm = max(stroke, outer) * dice.between(0.8, 3.0)
-        half = asin(min(0.95, 0.5 * stroke / arm))
-        follower = {"kind": "swinging", "arm": arm, "start_angle": float(np.degrees(-half))}
-        motion = _round_trip(dice, float(np.degrees(2.0 * half)))
+        follower, motion = _axial_arm(dice, stroke, outer)
     _bored(dice, cam, inner)
     return {"cam": cam, "follower": follower, "roller": roller, "motion": motion}
+
+
+def _bell(dice: Dice) -> dict[str, Any]:
+    """A groove in the inside of a ring, with some room beside it and behind its floor, under a slide or an arm."""
+    inner = 60.0
+    diameter = 2.0 * inner * dice.log(0.03, 0.5)
+    roller = _flat_roller(dice, diameter, diameter * dice.between(0.2, 0.8))
+    if dice.chance(0.3):
+        roller = {"shape": "cone", "diameter": diameter, "length": roller["length"],
+                  "half_angle": dice.between(0.0, 20.0)}  # fmt: skip
+    stroke = inner * dice.log(1e-3, 2.0)
+    follower: dict[str, Any] = {"kind": "translating"}
+    motion, aside = _round_trip(dice, stroke), 0.0
+    if dice.chance(0.35):
+        follower, motion = _axial_arm(dice, stroke, 1.4 * inner)
+        aside = 0.5 * follower["arm"] * (1.0 - float(np.cos(np.radians(follower["start_angle"]))))
+    half = 0.5 * diameter
+    # The edge of the roller's flat end has to stay within the floor.
+    depth = (float(np.hypot(inner + roller["length"], half + aside)) - inner) * dice.between(1.0, 1.3)
+    rooms = [half + inner * dice.log(0.01, 0.3) * dice.one(*[1.0] * 15, -0.3) for _ in range(2)]
+    web = inner * dice.log(0.02, 0.5)
+    cam: dict[str, Any] = {
+        "kind": "end-face", "form": "groove", "inner_diameter": 2.0 * inner, "groove_depth": depth, "web": web,
+        "diameter": 2.0 * (inner + depth * dice.between(0.99, 2.0)), "start": web + rooms[0],
+        "length": web + sum(rooms) + stroke,
+    }  # fmt: skip
+    if dice.chance(0.5):
+        cam["running_clearance"] = diameter * dice.log(1e-4, 0.02)
+    _bored(dice, cam, inner)
+    return {"cam": cam, "follower": follower, "roller": roller, "motion": motion}
+
+
+def _axial_arm(dice: Dice, stroke: float, size: float) -> tuple[dict[str, Any], Any]:
+    """An arm whose roller moves along the cam axis by a stroke, and its motion."""
+    arm = max(stroke, size) * dice.between(0.8, 3.0)
+    half = asin(min(0.95, 0.5 * stroke / arm))
+    follower = {"kind": "swinging", "arm": arm, "start_angle": float(np.degrees(-half))}
+    return follower, _round_trip(dice, float(np.degrees(2.0 * half)))
 
 
 def _linear(dice: Dice) -> dict[str, Any]:

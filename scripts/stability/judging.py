@@ -291,9 +291,10 @@ def _verify_undercut(model: Model, data: dict[str, Any]) -> None:
     at = survey.margin
     if at.value > -1e-3:
         return
-    # At the roller's very end a neighbouring position may pass the point with its end: a little higher up too.
-    far = max(survey.cutter.contact, key=lambda d: abs(d - at.place))
-    deltas = at.place + (far - at.place) * np.array([0.0, 0.02, 0.1, 0.3])
+    # At the roller's very end a neighbouring position may pass the point with its end, and where the wall begins there
+    # is nothing beyond: a little to either side too.
+    deltas = np.concatenate([at.place + (end - at.place) * np.array([0.0, 0.02, 0.1, 0.3])
+                             for end in survey.cutter.contact])  # fmt: skip
     t = np.array([survey.cutter.meridian.parameter(float(d)) for d in deltas])
     x = Flank(survey.cutter, np.array([at.cam_angle]), t, FLANKS[at.where]).points[0]
     judges = _judges(model, data)

@@ -428,10 +428,17 @@ def _conical(cam, follower, roller, lift, low, high):
 
 def _end_face(cam, follower, roller, lift, low, high):
     sense, outer, inner = _sense(cam), 0.5 * cam["diameter"], 0.5 * cam["inner_diameter"]
+    grooved = cam.get("form") == "groove"
     if roller.get("shape") == "crowned":
-        roller = {"shape": "cylinder", "diameter": roller["diameter"]}
-    radius, shape = _shape(roller, 0.5 * (outer + inner), True)(0.0)
-    centre = cam["height"] + 0.5 * roller["diameter"]
+        roller = {"shape": "cylinder", "diameter": roller["diameter"], "length": roller["length"]}
+    if grooved:
+        floor, centre = inner + cam["groove_depth"], cam["start"]
+        radius, shape = _shape(roller, inner + 0.5 * roller["length"], False)(cam.get("running_clearance", 0.0))
+        heights = cam["web"], cam["length"], 0.0
+    else:
+        floor, centre = outer, cam["height"] + 0.5 * roller["diameter"]
+        radius, shape = _shape(roller, 0.5 * (outer + inner), True)(0.0)
+        heights = cam["web"], 0.0
     # A cone that widens inward ends where the ring does: beyond it nothing is cut.
     end = 0.9 * inner if roller.get("half_angle", 0.0) < 0.0 else 0.0
     if follower["kind"] == "swinging":
@@ -444,13 +451,18 @@ def _end_face(cam, follower, roller, lift, low, high):
         if follower["kind"] == "swinging":
             q = start + lift(phi)
             y, z = pivot - arm * np.cos(q), centre + arm * (np.sin(q) - sin(start))
-        a = np.stack(np.broadcast_arrays(0.0 * y, y, z), -1)
-        return roller_distance(_machine(x, phi, sense), a, np.array([1.0, 0.0, 0.0]), radius, end, False, shape)
+        a, m = np.stack(np.broadcast_arrays(0.0 * y, y, z), -1), _machine(x, phi, sense)
+        if not grooved:
+            return roller_distance(m, a, np.array([1.0, 0.0, 0.0]), radius, end, False, shape)
+        # Of a tool without ends what is between the inside of the ring and the floor.
+        rho = np.hypot(m[..., 0], m[..., 1])
+        side = roller_distance(m, a, np.array([1.0, 0.0, 0.0]), radius, 0.0, False, shape)
+        return np.maximum(side, np.maximum(inner - rho, rho - floor))
 
     def blank(x):
         rho = np.hypot(x[:, 0], x[:, 1])
-        found = np.minimum(np.abs(x[:, 2]), np.abs(x[:, 2] - cam["web"]))
-        return np.minimum.reduce([found, _bore(cam, x), np.abs(rho - inner), np.abs(rho - outer)])
+        found = np.minimum.reduce([np.abs(x[:, 2] - z) for z in heights])
+        return np.minimum.reduce([found, _bore(cam, x), *(np.abs(rho - r) for r in {inner, floor, outer})])
 
     return [Judge(distance, blank, genus=_genus(cam))]
 

@@ -461,7 +461,11 @@ def _conical(cam, follower, roller, lift, low, high):
 
 
 def _end_face(cam, follower, roller, lift, low, high):
-    """As a drum's groove, whose roller stands above the middle of the ring."""
+    """As a drum's groove, whose roller stands above the middle of the ring, or reaches out into its inside."""
+    if cam.get("form") == "groove":
+        made = _drum({"direction": cam.get("direction"), "start": cam["start"],
+                      "diameter": cam["inner_diameter"] + 2.0 * roller["length"]}, follower, roller, lift, low, high)
+        return replace(made, slope=_slope(roller, False))
     middle = 0.25 * (cam["diameter"] + cam["inner_diameter"])
     ring = {"diameter": 2.0 * middle + roller["length"], "start": cam["height"] + 0.5 * roller["diameter"]}
     return _drum({"direction": cam.get("direction"), **ring}, follower, roller, lift, low, high)

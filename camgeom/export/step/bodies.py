@@ -17,7 +17,14 @@ from camgeom.export.step import NO_ROLLERS
 from camgeom.export.step.brep import Assembly, Brep, Facets, Placed
 from camgeom.export.step.cut import cut_solid
 from camgeom.export.step.geometry import Frame, vector
-from camgeom.export.step.groove import conical_disc_solid, end_face_solid, grooved_solid, grooves_solid, ribbed_solid
+from camgeom.export.step.groove import (
+    conical_disc_solid,
+    end_face_solid,
+    grooved_ring_solid,
+    grooved_solid,
+    grooves_solid,
+    ribbed_solid,
+)
 from camgeom.export.step.solids import (
     TOLERANCE,
     edge_solid,
@@ -27,6 +34,7 @@ from camgeom.export.step.solids import (
     revolved_solid,
 )
 from camgeom.maths import Floats
+from camgeom.solid.bell import GroovedRing
 from camgeom.solid.cut import CutBlank, IndexingCut
 from camgeom.solid.drum import EndFaceRing, GroovedCylinder, RibbedCylinder
 from camgeom.solid.grooves import GroovedDrum
@@ -52,6 +60,7 @@ EXACT: dict[type, Callable[[Any, float], Brep]] = {
     GroovedDrum: grooves_solid,
     RibbedCylinder: ribbed_solid,
     EndFaceRing: end_face_solid,
+    GroovedRing: grooved_ring_solid,
     ConicalDisc: conical_disc_solid,
     Prism: planar_solid,
     GroovedPlate: grooved_plate_solid,

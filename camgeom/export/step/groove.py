@@ -6,6 +6,7 @@ at any cam angle and any share across it, so that mesh and STEP file describe on
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from math import atan
 from typing import final
@@ -20,6 +21,7 @@ from camgeom.export.step.solids import TOLERANCE, bore_holes, closed_solid
 from camgeom.export.step.spline import SurfacePoints
 from camgeom.maths import Floats
 from camgeom.maths.extremum import bracketed_root
+from camgeom.solid.bell import GroovedRing
 from camgeom.solid.drum import EndFaceRing, GroovedCylinder, RibbedCylinder
 from camgeom.solid.grooves import GroovedDrum
 from camgeom.solid.prism import ConicalDisc
@@ -71,7 +73,7 @@ def grooves_solid(body: GroovedDrum, tolerance: float = TOLERANCE) -> Brep:
 
 def ribbed_solid(body: RibbedCylinder, tolerance: float = TOLERANCE) -> Brep:
     """The ribbed drum as a solid whose fitted faces are within `tolerance` mm of the exact ones; raises as above."""
-    low_side, high_side = facing(body.lower, 1.0), facing(body.upper, -1.0)
+    low_side, high_side = body.sides
     feet, tops = ([Walls(t, cylinder_level(r), r) for t in (body.lower, body.upper)] for r in (body.base, body.radius))
     bands = [
         land(feet[0].edge(low_side), 0.0, True, body.base, "base"),
@@ -98,6 +100,34 @@ def end_face_solid(body: EndFaceRing, tolerance: float = TOLERANCE) -> Brep:
     return closed_solid(body.name, skin, (0.0, body.web), bore_holes(body.blank.bore), tolerance)
 
 
+def grooved_ring_solid(body: GroovedRing, tolerance: float = TOLERANCE) -> Brep:
+    """The ring with a groove in its inside as a solid whose fitted faces are within `tolerance` mm of the exact ones;
+    raises as above."""
+    low_side, high_side = body.sides
+    mouth, floor = (Walls(body.track, cylinder_level(r), r) for r in (body.inner, body.floor))
+    upper, lower = mouth.edge(high_side), mouth.edge(low_side)
+
+    def rim(phi: Floats, share: Floats) -> Floats:
+        return points_last(body.rim(np.moveaxis(upper(phi, share), -1, 0)))
+
+    def end(phi: Floats, share: Floats) -> Floats:
+        start, stop = rim(phi, share), upper(phi, share).copy()
+        stop[..., 2] = body.length
+        return start * (1.0 - share[:, None]) + stop * share[:, None]
+
+    bands = [
+        land(rim, 0.0, True, body.outer),
+        Band("end", end, degree=1),
+        land(upper, body.length, True, body.inner, "inside"),
+        Band("flank", between(mouth, floor, high_side)),
+        replace(crest(floor.edge(high_side), floor.edge(low_side), body.floor), name="floor"),
+        Band("flank", flipped(between(mouth, floor, low_side))),
+        land(lower, body.web, False, body.inner, "inside"),
+    ]
+    skin = shell(bands, body.track.knots(), -body.track.sense, tolerance)
+    return closed_solid(body.name, skin, (0.0, body.web), bore_holes(body.blank.bore), tolerance)
+
+
 def conical_disc_solid(body: ConicalDisc, tolerance: float = TOLERANCE) -> Brep:
     """The disc of a conical roller as a solid whose fitted faces are within `tolerance` mm of the exact ones; raises as
     above."""
@@ -107,12 +137,6 @@ def conical_disc_solid(body: ConicalDisc, tolerance: float = TOLERANCE) -> Brep:
 
     skin = shell([Band("flank", point, degree=1)], body.track.knots(), -body.track.sense, tolerance)
     return closed_solid(body.name, skin, (body.z0, body.z1), bore_holes(body.bore), tolerance)
-
-
-def facing(track: Track, sign: float) -> float:
-    """The side (+1 or -1) of a roller's flank that is towards sign * Z."""
-    column, t = Column(track, np.zeros(1)), np.array([track.meridian.parameter(track.contact[1])])
-    return 1.0 if sign * (column.wall(1.0, t)[2, 0, 0] - column.wall(-1.0, t)[2, 0, 0]) > 0.0 else -1.0
 
 
 def between(foot: Walls, top: Walls, side: float) -> SurfacePoints:

@@ -447,7 +447,7 @@ def _depth_notes(model: Model, track: Track) -> list[Leader]:
     if drum is None or drum.depth is None:
         return []
     word = "rib height" if model.mechanism.form == "rib" else "groove depth"
-    floor = _stand(track, drum.radius - drum.depth)
+    floor = _stand(track, drum.floor)
     notes = [Leader((float(floor[2]), float(floor[0])), f"{word} {number(drum.depth, 6)}")]
     if drum.slope:
         z, lean = 0.97 * drum.high + 0.03 * drum.low, float(np.degrees(np.arctan(drum.slope)))
@@ -489,15 +489,15 @@ def _roller_notes(model: Model, axes: tuple[str, str]) -> tuple[Leader, ...]:
 
 
 def developed(model: Model) -> tuple[Block, ...]:
-    """Groove edges unrolled at the outer end of the contact, for rollers that stand radially on a drum."""
+    """Groove edges unrolled where rollers that stand radially on a drum, or in a ring, leave it."""
     tracks = [track for one in model.grooves for track in one.tracks]
     radial = [track for track in tracks if abs(track.axis[0]) > 0.99 and not _turret(track)]
     if not radial:
         return ()
     series = []
-    radius = radial[0].contact[1]
+    mouth = max(radial[0].contact, key=lambda place: abs(place - radial[0].tip))
     for track in radial:
-        t = np.array([track.meridian.parameter(track.contact[1])])
+        t = np.array([track.meridian.parameter(mouth)])
         low, high = track.span
         phi = np.linspace(low + 1e-9, high - 1e-9, 721)
         for side in track.sides:
@@ -506,12 +506,12 @@ def developed(model: Model) -> tuple[Block, ...]:
             name = "edges" if len(track.sides) > 1 else f"edge, {track.name}"
             series += _turns(name, np.degrees(around), x[2], 0)
         pose = track.pose(phi, 0)
-        centre = pose.a[0][:, :] + track.contact[1] * pose.u[0]
+        centre = pose.a[0][:, :] + mouth * pose.u[0]
         around = -track.sense * np.unwrap(np.arctan2(centre[1], centre[0]))
         series += _turns("roller axis", np.degrees(around), centre[2], 4)
     axis = Axis("Angle round the drum against its turning", "°", 0.0, 360.0)
     panel = Panel(Axis("Height z", "mm", *_heights(model)), tuple(series), height=1.3)
-    return (Chart(f"Flanks developed at radius {number(radius)} mm", axis, (panel,)),)
+    return (Chart(f"Flanks developed at radius {number(mouth)} mm", axis, (panel,)),)
 
 
 def _heights(model: Model) -> tuple[float | None, float | None]:
