@@ -482,11 +482,6 @@ class BellMechanism(Mechanism):
                         contact=self._mouth),)  # fmt: skip
 
     @property
-    def no_tool(self) -> str:
-        """The tool comes from within."""
-        return FROM_WITHIN
-
-    @property
     def passages(self) -> tuple[Track, ...]:
         """The roller as long as the wall beside it."""
         (track,) = self.tracks

@@ -240,11 +240,6 @@ class Mechanism(ABC):
         return self.tracks
 
     @property
-    def no_tool(self) -> str:
-        """Why no paths of a tool are made; empty where they are."""
-        return ""
-
-    @property
     def passages(self) -> tuple[Track, ...]:
         """Every roller as long as any part of it may be beside the cam, also where it touches nothing."""
         return self.tracks
