@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from camgeom.model import Model
     from camgeom.solid.mechanism import Turret
 
-USUAL_STOPS = (3, 24)
-"""stops in use (T/WLJC 15-2018): below 3 the pressure angle grows, above 24 preload tends to jam"""
 DWELL_SECONDS = 30.0
 """seconds of arc; coarser end of the indexing accuracy of globoidal cams (T/WLJC 15-2018, section 3.2)"""
 HORN_DEGREES = 60.0
@@ -32,8 +30,8 @@ def _turret(model: Model) -> Turret:
 @check("stops", "turret")
 def stops(model: Model) -> Iterable[Finding]:
     """Number of stops against the range in use; a remark, never a failure."""
-    value = _turret(model).follower.stops
-    low, high = USUAL_STOPS
+    follower = _turret(model).follower
+    value, (low, high) = follower.stops, follower.usual_stops
     if value < low:
         advice = f"fewer than {low} stops: expect a large pressure angle; more motion angle or a smaller rf / C helps"
         yield judged("stops", float(value), ">=", float(low), "stops", advice, worst="warn")

@@ -145,19 +145,18 @@ def _plainer(message: str) -> str:
 
 
 def parser(chosen: str | None = None) -> argparse.ArgumentParser:
-    """The argument parser; with a chosen command only that one is fully built."""
+    """The argument parser; where a command is chosen, with that one alone."""
     from camgeom import __version__
 
     top = _Parser(prog="camgeom", description="Exact cam geometry from one profile.", epilog=EPILOG, allow_abbrev=False)
     top.add_argument("--version", action="version", version=f"camgeom {__version__}")
     below = top.add_subparsers(metavar="COMMAND", dest="command", required=True, parser_class=_Parser)
-    for command in COMMANDS:
+    for command in [command for command in COMMANDS if command.name == chosen] or COMMANDS:
         sub = below.add_parser(
             command.name, help=command.help, description=command.help, epilog=EPILOG, allow_abbrev=False
         )
-        if chosen in (None, command.name):
-            for option in command.options:
-                _OPTIONS[option](sub)
+        for option in command.options:
+            _OPTIONS[option](sub)
     return top
 
 

@@ -14,6 +14,7 @@ from camgeom.checks.verdict import Finding
 from camgeom.design import Choice, Design
 from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.immutable import immutable
+from camgeom.mechanics.grades import material_for, speed_class
 from camgeom.model import Model
 from camgeom.motion import LAWS
 from camgeom.profile import parse
@@ -50,38 +51,6 @@ have. The figures of the follower that is bought replace them in the profile."""
 
 BORES = (12, 16, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70, 80, 90, 100, 110, 120)
 """mm, usual shaft diameters"""
-
-
-@immutable(eq=True)
-class TrackMaterial:
-    """A cam material for a load class: up to a contact pressure (MPa), with a hardness (HRC)."""
-
-    name: str
-    pressure: float
-    hardness: float
-    load_class: str
-
-
-MATERIALS = (
-    TrackMaterial("45 quenched and tempered", 600.0, 30.0, "light, below 600 MPa (HRC 10 to 40)"),
-    TrackMaterial("40Cr surface-hardened", 1000.0, 52.0, "medium, 600 to 1000 MPa (HRC 40 to 60)"),
-    TrackMaterial("20Cr carburised 0.8 to 1.2 mm", 1300.0, 60.0, "heavy, 1000 to 1300 MPa (HRC 60 and above)"),
-)
-"""T/WLJC 15-2018: load classes of the track and the steels named for them"""
-
-
-def speed_class(speed: float) -> str:
-    """The class of a track speed in m/s (T/WLJC 15-2018)."""
-    return "low, below 0.5 m/s" if speed < 0.5 else "medium, 0.5 to 1 m/s" if speed <= 1.0 else "high, above 1 m/s"
-
-
-def material_for(pressure: float, speed: float) -> TrackMaterial | None:
-    """The mildest material for a contact pressure (MPa) and track speed (m/s); None where none will do.
-
-    A fast track wears: above 1 m/s it is surface-hardened even where the pressure is light.
-    """
-    fit = [one for one in MATERIALS if pressure <= one.pressure and (speed <= 1.0 or one.hardness > 40.0)]
-    return fit[0] if fit else None
 
 
 SEAT = 2.0

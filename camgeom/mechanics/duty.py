@@ -18,11 +18,11 @@ from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.panels import Panels, highest
-from camgeom.mechanics.bearing import BearingLife
 from camgeom.mechanics.hertz import Beneath
 from camgeom.mechanics.load import FollowerForce
 
 if TYPE_CHECKING:
+    from camgeom.mechanics.bearing import BearingLife
     from camgeom.mechanics.contact import Stiffness
     from camgeom.mechanics.film import Film, Oil
     from camgeom.mechanics.finite_contact import Patch

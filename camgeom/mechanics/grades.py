@@ -1,4 +1,5 @@
-"""Materials of cams and rollers by name (T/WLJC 15-2018, 9.2 and 9.3): what a grade says where a profile does not.
+"""Materials of cams and rollers by name (T/WLJC 15-2018, 9.2 and 9.3): what a grade says where a profile does not, and
+the steels that go with the load and the speed of a track (9.1).
 
 The hardness is the least of the treatment's range, the contact limit what that hardness bears (`hardness_bound`), the
 case the thinnest; a key that stands beside the grade is kept, a hardness or a case outside the range is refused.
@@ -14,6 +15,7 @@ from typing import Any, final
 from pydantic import Field
 
 from camgeom.errors import did_you_mean
+from camgeom.immutable import immutable
 from camgeom.keys import Section
 from camgeom.mechanics.material import CONTACT_CYCLES, STEEL_MODULUS, hardness_bound
 
@@ -101,3 +103,35 @@ def _within(table: dict[str, Any], key: str, allowed: Range | None, grade: Grade
     if allowed is not None and not allowed[0] <= value <= allowed[1]:
         raise ValueError(f"{key} {value:g} is none of {grade.words}: {allowed[0]:g} to {allowed[1]:g}")
     return float(value)
+
+
+@immutable(eq=True)
+class TrackMaterial:
+    """A cam material for a load class: up to a contact pressure (MPa), with a hardness (HRC)."""
+
+    name: str
+    pressure: float
+    hardness: float
+    load_class: str
+
+
+MATERIALS = (
+    TrackMaterial("45 quenched and tempered", 600.0, 30.0, "light, below 600 MPa (HRC 10 to 40)"),
+    TrackMaterial("40Cr surface-hardened", 1000.0, 52.0, "medium, 600 to 1000 MPa (HRC 40 to 60)"),
+    TrackMaterial("20Cr carburised 0.8 to 1.2 mm", 1300.0, 60.0, "heavy, 1000 to 1300 MPa (HRC 60 and above)"),
+)
+"""T/WLJC 15-2018: load classes of the track and the steels named for them"""
+
+
+def speed_class(speed: float) -> str:
+    """The class of a track speed in m/s (T/WLJC 15-2018)."""
+    return "low, below 0.5 m/s" if speed < 0.5 else "medium, 0.5 to 1 m/s" if speed <= 1.0 else "high, above 1 m/s"
+
+
+def material_for(pressure: float, speed: float) -> TrackMaterial | None:
+    """The mildest material for a contact pressure (MPa) and track speed (m/s); None where none will do.
+
+    A fast track wears: above 1 m/s it is surface-hardened even where the pressure is light.
+    """
+    fit = [one for one in MATERIALS if pressure <= one.pressure and (speed <= 1.0 or one.hardness > 40.0)]
+    return fit[0] if fit else None

@@ -17,7 +17,6 @@ from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import TURN, highest
-from camgeom.mechanics.bearing import BearingLife, bearing_life, modified
 from camgeom.mechanics.contact import Contact, Peak, Stiffness, line_contacts, share_load
 from camgeom.mechanics.duty import (
     MILLI,
@@ -44,6 +43,7 @@ from camgeom.track.follower import PLAIN, Ends
 from camgeom.track.runout import Within
 
 if TYPE_CHECKING:
+    from camgeom.mechanics.bearing import BearingLife
     from camgeom.mechanics.crown import Crown
     from camgeom.mechanics.film import Film, Oil
     from camgeom.mechanics.finite_turn import FiniteTurn
@@ -516,6 +516,8 @@ class RollerDuty:
         """Life of the roller as a bearing; None where it has no rating."""
         if self.rating is None:
             return None
+        from camgeom.mechanics.bearing import bearing_life, modified
+
         basic = bearing_life(self.force.panels, self.normal, self.pressing.path_rate, self.radius, self.speed,
                              self.rating.dynamic, self.rating.static, self.rating.kind.exponent)
         return modified(basic, self.rating)

@@ -131,11 +131,11 @@ def ratings_of(profile: Profile) -> tuple[Rating | None, ...]:
 
 
 def _rating(profile: Profile, table: str, roller: AnyRoller) -> Rating | None:
+    if roller.dynamic_rating is None:
+        return None
     from camgeom.mechanics.rating import KINDS, RELIABILITY, Lubrication, Rating
 
     oil = profile.oil
-    if roller.dynamic_rating is None:
-        return None
     static = [one for one in (roller.static_rating, roller.max_static_load) if one is not None]
     lubrication = None
     given = dict(roller)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import asin, pi, sqrt, tan
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +19,9 @@ from camgeom.maths import Floats, distinct
 from camgeom.maths.screw import constant_jet, seen_from_turning, slide_jet, swing_jet, unit_circle_jet
 from camgeom.motion.program import Program
 from camgeom.motion.table import Side
-from camgeom.track.carriage import Carriage
+
+if TYPE_CHECKING:
+    from camgeom.track.carriage import Carriage
 
 Vector = tuple[float, float, float]
 
@@ -94,10 +97,6 @@ class Slide:
         """Machine-frame jets of a point and an axis direction on the follower, each (order + 1, 3, n)."""
         order, n = len(coordinate) - 1, coordinate.shape[1]
         return slide_jet(np.array(point), np.array(self.direction), coordinate), constant_jet(np.array(axis), order, n)
-
-    def spin(self, rate: Floats, turn: npt.NDArray[np.complex128]) -> Floats:
-        """Turning of the follower, cam frame, (3, n), at a rate of the coordinate: none."""
-        return np.zeros((3, len(turn)))
 
     def velocity(self, x: Floats, turn: npt.NDArray[np.complex128]) -> Floats:
         """Velocity of follower points per unit of the coordinate, cam frame: (3, n, ...) for x (3, n, ...)."""
@@ -301,10 +300,13 @@ class Track:
 
     def spin(self, phi: Floats, turn: npt.NDArray[np.complex128]) -> Floats:
         """Turning of what carries the roller relative to the cam, cam frame, rad per rad of the cam, (3, n)."""
-        if self.carriage is not None:
-            return self.joint.spin(self.carriage.lift(self.carriage.travel(phi), 1)[1], turn)
-        turning = self.joint.spin(self.coordinate(phi, 1)[1], turn)
-        turning[2] -= self.sense
+        turning = np.zeros((3, len(phi)))
+        if isinstance(self.joint, Swing):
+            slid = self.carriage
+            jet = self.coordinate(phi, 1) if slid is None else slid.lift(slid.travel(phi), 1)
+            turning = self.joint.spin(jet[1], turn)
+        if self.carriage is None:
+            turning[2] -= self.sense
         return turning
 
     def knots(self) -> Floats:

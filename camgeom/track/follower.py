@@ -8,7 +8,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import replace
 from math import atan2, degrees, radians, sqrt
-from typing import Annotated, ClassVar, Literal, Self, final
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self, final
 
 from pydantic import Field, model_validator
 
@@ -16,7 +16,9 @@ from camgeom.immutable import immutable
 from camgeom.keys import Degrees, Gap, Length, Section, SignedLength
 from camgeom.motion.program import Program
 from camgeom.track import Arc, Meridian, Straight, cone_slope
-from camgeom.track.carriage import Carriage
+
+if TYPE_CHECKING:
+    from camgeom.track.carriage import Carriage
 
 Mass = Annotated[float, Field(ge=0.0, le=1e7, allow_inf_nan=False)]
 Inertia = Annotated[float, Field(ge=0.0, le=1e9, allow_inf_nan=False)]
@@ -352,6 +354,8 @@ class TurretFollower(Follower):
 
     rotating: ClassVar[bool] = True
     pressure_angle_limit: ClassVar[float] = 50.0  # T/WLJC 15-2018
+    # In use (T/WLJC 15-2018): below 3 the pressure angle grows, above 24 preload tends to jam.
+    usual_stops: ClassVar[tuple[int, int]] = (3, 24)
     offset: ClassVar[float] = 0.0
     clearance: ClassVar[float] = 0.0
     face: ClassVar[Face] = "roller"

@@ -12,14 +12,14 @@ from math import atan, atan2, cos, hypot, pi, radians, sin, sqrt
 
 import numpy as np
 
-from camgeom.checks import findings
-from camgeom.design.globoidal import MATERIALS, speed_class
 from camgeom.mechanics.bearing import rated_hours, required_rating
+from camgeom.mechanics.grades import MATERIALS, speed_class
 from camgeom.mechanics.hertz import allowable_load, line_pressure
 from camgeom.mechanics.material import CAST_IRON, STEEL, pair_compliance
 from camgeom.motion import LAWS
 from camgeom.track.flank import Flank
 from camgeom.track.follower import TurretFollower
+from camgeom.track.turret import least_held
 from camgeom.validation.entry import Answer, Entry, Reading, Source
 from camgeom.validation.machine import machine
 
@@ -154,8 +154,10 @@ def _least_width() -> float:
     low, high = 30.0, 100.0
     while high - low > 0.01:
         middle = 0.5 * (low + high)
-        found = findings(machine(NAME, ("cam.width", middle)), ("hand-over",))
-        low, high = (low, middle) if all(f.passed for f in found) else (middle, high)
+        mechanism = machine(NAME, ("cam.width", middle)).mechanism
+        assert mechanism.turret is not None, "it is an indexer"
+        held = least_held(mechanism.turret.bearing, mechanism.within)
+        low, high = (low, middle) if all(least.value >= 1.0 for least in held) else (middle, high)
     return high
 
 
@@ -204,11 +206,6 @@ def _class_bound(low: float, high: float) -> Answer:
 def _least_stops() -> Answer:
     bounds = TurretFollower.model_fields["stops"].metadata
     return Answer(float(next(one.ge for one in bounds if hasattr(one, "ge"))))
-
-
-def _most_stops() -> Answer:
-    (found,) = findings(machine(NAME), ("stops",))
-    return Answer(float(found.limit or 0.0))
 
 
 def _claims(key: str, one: str, other: str) -> Answer:
@@ -261,7 +258,7 @@ SOURCE = Source(
         Entry("(18)-(32)", "Equations (18) to (32)", "relative curvature across the contact line", "", "1/mm", _induced,
               f"{_SCAN[:-1]}; restored, they hold."),
         Entry("(33)", "Equation (33)", "least relative curvature of the tool changer", "0", "1/mm",
-              lambda: Answer(float(findings(machine(NAME), ("relative-curvature",))[0].value or 0.0)), comparison=">"),
+              lambda: Answer(min(one.relative_curvature.value for one in machine(NAME).flanks)), comparison=">"),
         Entry("(35) (36)", "Equations (35), (36)", "load at a contact limit of 1000 MPa", "", "N", _allowed_load,
               "The scan has no operators; the product is restored."),
         Entry("(37)", "Equation (37)", "load over rating of a roller for 20000 h at 500 r/min", "", "1", _bearing_load,
@@ -282,7 +279,8 @@ SOURCE = Source(
               partial(_class_bound, 0.6, 2.0), within=1e-6),
         Entry("stops least", "Section 3.2", "fewest stops", "1", "1", _least_stops,
               "Of a cam with several starts: one roller alone could not be driven.", within=0.0),
-        Entry("stops most", "Section 3.2", "stops beyond which a preload jams", "24", "1", _most_stops),
+        Entry("stops most", "Section 3.2", "stops beyond which a preload jams", "24", "1",
+              lambda: Answer(float(TurretFollower.usual_stops[1]))),
         Entry("law slow", "Section 7.4, 2)", "peak velocity, modified constant velocity over modified sine", "1", "1",
               partial(_claims, "vm", "modified-constant-velocity", "modified-sine"), comparison="<"),
         Entry("law gentle", "Section 7.4, 7)", "peak acceleration, modified trapezoid over modified sine", "1", "1",

@@ -6,10 +6,9 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from camgeom.design.study import replaced
 from camgeom.model import Model
 from camgeom.profile import from_data
-from camgeom.profile.text import load
+from camgeom.profile.text import load, replaced
 
 
 @cache

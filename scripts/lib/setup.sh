@@ -66,6 +66,9 @@ ensure_venv() {
     say "camgeom set-up: installing camgeom${extra:+ with the $extra tools} into .venv (once; a minute or two)"
     "$python" -m pip install --quiet --editable "$what" >&2 ||
       fail "pip could not install the packages above; the first set-up needs a package index (PIP_INDEX_URL chooses another)"
+    # pip compiles what it installs, but not what it installs in place: a command would compile it in every process
+    # where the environment says that Python shall write no bytecode.
+    "$python" -m compileall -q "$root/camgeom" >&2 || say "camgeom set-up: the package could not be compiled; it runs as it is"
     stamp_text >"$venv/.stamp${extra:+-$extra}"
   fi
   exec 9<&-

@@ -8,8 +8,9 @@ from dataclasses import replace
 import pytest
 
 from camgeom.cli import main
-from camgeom.design.globoidal import MATERIALS, ROLLERS, Wanted, design, material_for
+from camgeom.design.globoidal import ROLLERS, Wanted, design
 from camgeom.errors import DesignError, ProfileError
+from camgeom.mechanics.grades import MATERIALS, material_for
 from camgeom.model import Model
 from camgeom.profile import parse
 
