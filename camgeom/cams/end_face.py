@@ -51,8 +51,12 @@ GROOVE = ("length", "start", "groove_depth")
 
 @final
 class EndFace(Cam):
-    """A ring on a web, 0 <= z. The roller comes from the +X side: it reaches in and stands on the ring's upper end, or
-    it reaches out from within into a groove in the ring's inside."""
+    """A ring on a web, 0 <= z. The roller stands at +X: it reaches in and stands on the ring's upper end, or it reaches
+    out from within into a groove in the ring's inside.
+
+    What carries a roller within the ring comes in over its upper end, cranked where it is longer than the ring is wide
+    inside; no check knows its shape.
+    """
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("translating", "swinging")
     STATIONS: ClassVar[bool] = True
@@ -268,6 +272,11 @@ class EndFace(Cam):
         half = 0.5 * (roller.length or 0.0)
         return self.middle - half, self.middle + half
 
+    def measures(self, top: float) -> tuple[Measure, ...]:
+        """The inside of the ring, told at its `top`, mm, and the thickness of the web below it."""
+        inner, outer = self.radii
+        return Measure((top, -inner), (top, inner)), Measure((0.0, outer), (self.web, outer))
+
     def roller_radius(self, roller: AnyRoller, place: float) -> float:
         """Radius of the roller, or of what is left of its cone beside it, at a place along its axis, mm."""
         slope = cone_slope(radians(roller.half_angle), -1.0) if isinstance(roller, ConeRoller) else 0.0
@@ -361,9 +370,8 @@ class EndFaceMechanism(Mechanism):
 
     @property
     def measures(self) -> tuple[Measure, ...]:
-        """The inside of the ring at its highest place, and the thickness of the web below it."""
-        inner, outer = self.cam.radii
-        return Measure((self._top, -inner), (self._top, inner)), Measure((0.0, outer), (self.cam.web, outer))
+        """The inside of the ring at its highest place, and the web."""
+        return self.cam.measures(self._top)
 
     @property
     def bored(self) -> tuple[float, float]:
@@ -506,9 +514,8 @@ class BellMechanism(Mechanism):
 
     @property
     def measures(self) -> tuple[Measure, ...]:
-        """The inside of the ring at its upper end, and the thickness of the web."""
-        inner, outer = self.cam.radii
-        return Measure((self.width, -inner), (self.width, inner)), Measure((0.0, outer), (self.cam.web, outer))
+        """The inside of the ring at its upper end, and the web."""
+        return self.cam.measures(self.width)
 
     @property
     def bored(self) -> tuple[float, float]:

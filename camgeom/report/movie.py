@@ -77,7 +77,7 @@ def frames(model: Model, size: tuple[int, int], count: int) -> Iterator[Pixels]:
     cams = cam_meshes(model)
     phi = TURN * np.arange(count) / count
     moving = moving_bodies(model, cams, phi)
-    view = View(camera=seen_from(cams), size=size, soft=False)
+    view = View(camera=seen_from(cams, model.mechanism.inside), size=size, soft=False)
     with stage([body for body, _ in moving], view, _reach(moving)) as scene:
         for k in range(count):
             for body, motion in moving:

@@ -31,6 +31,8 @@ _FLAT = 0.5
 """A cam lower than this share of its width is looked at from higher up."""
 _ABOVE = 0.15
 """How much better the view from below must be."""
+_LOW = 0.42
+"""How high the eye stands over other cams, as a share of how far beside them."""
 _RESULTS = ("pressure", "pressure_angle", "curvature")
 
 
@@ -55,20 +57,25 @@ def stills(model: Model, size: tuple[int, int] = (1600, 1200)) -> dict[str, Call
     file cannot be written.
     """
     cams = cam_meshes(model)
-    eye = seen_from(cams)
+    eye, inside = seen_from(cams, model.mechanism.inside), model.mechanism.inside
     scene = _mechanism(model, cams)
     names = tuple(name for name, _ in cams)
     plane = Plane((0.0, 0.0, 0.0), (0.0, -1.0, 0.0))
     views = [
         ("cam", [Body(name, mesh) for name, mesh in cams], View(camera=eye)),
         ("mechanism", scene, View(camera=eye)),
-        ("section", scene, View(camera=eye, section=plane, section_bodies=names)),
+        ("section", scene, View(camera=seen_from(cams), section=plane, section_bodies=names)),
     ]
     coloured = [Body(name, replace(mesh, fields=fields(model, mesh))) for name, mesh in cams]
     for shade in SHADES:
         shown = [body for body in coloured if shade.key in body.mesh.fields]
         if shade.key in _RESULTS and shown:
-            look = View(shade.key, shade.groups, shade.label, shade.unit, camera=_facing(shown, shade.key, eye[2]))
+            towards = _facing(shown, shade.key, _LOW if inside else eye[2], inside)
+            look = View(shade.key, shade.groups, shade.label, shade.unit, camera=towards)
+            if inside:
+                # The half with the largest value, seen from where the other half was.
+                half = Plane((0.0, 0.0, 0.0), (*towards[:2], 0.0))
+                look = replace(look, section=half, section_bodies=names)
             views.append((shade.key.replace("_", "-"), coloured, look))
     return {what: partial(_draw, bodies, replace(view, size=size)) for what, bodies, view in views}
 
@@ -77,10 +84,13 @@ def _draw(bodies: list[Body], view: View, path: Path) -> int:
     return render(bodies, path, view)
 
 
-def seen_from(cams: tuple[tuple[str, Mesh], ...]) -> tuple[float, float, float]:
-    """Direction to the eye: beside the follower, which stands at +X, and higher over a flat cam."""
+def seen_from(cams: tuple[tuple[str, Mesh], ...], inside: bool = False) -> tuple[float, float, float]:
+    """Direction to the eye: beside the follower, which stands at +X, and higher over a flat cam; of a follower inside a
+    ring from over the far side of it."""
+    if inside:
+        return (-0.72, -0.58, 1.1)
     size = np.ptp(np.concatenate([mesh.vertices for _, mesh in cams]), axis=0)
-    return (0.72, -0.58, 0.85 if size[2] < _FLAT * size[:2].max() else 0.42)
+    return (0.72, -0.58, 0.85 if size[2] < _FLAT * size[:2].max() else _LOW)
 
 
 def _mechanism(model: Model, cams: tuple[tuple[str, Mesh], ...]) -> list[Body]:
@@ -99,14 +109,15 @@ def moving_bodies(model: Model, cams: tuple[tuple[str, Mesh], ...], phi: Floats)
     return found
 
 
-def _facing(bodies: list[Body], key: str, height: float) -> tuple[float, float, float]:
-    """Direction from which the face with the largest value is seen best; from below only where that is much better."""
+def _facing(bodies: list[Body], key: str, height: float, inside: bool) -> tuple[float, float, float]:
+    """Direction from which the face with the largest value is seen best, of the inside of a ring from across the axis;
+    from below only where that is much better."""
     best = max(bodies, key=lambda body: float(np.nanmax(body.mesh.fields[key]))).mesh
     place = int(np.nanargmax(best.fields[key]))
     corners = best.vertices[best.faces[best.group_faces("flank") & np.any(best.faces == place, axis=1)]]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(axis=0)
     normal = normal / (float(np.linalg.norm(normal)) or 1.0)
-    azimuth = float(np.arctan2(best.vertices[place, 1], best.vertices[place, 0]))
+    azimuth = float(np.arctan2(best.vertices[place, 1], best.vertices[place, 0])) + (np.pi if inside else 0.0)
     eyes = [
         np.array([np.cos(azimuth + aside), np.sin(azimuth + aside), up])
         for aside in (-0.6, -0.35, 0.35, 0.6)

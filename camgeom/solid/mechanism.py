@@ -290,6 +290,11 @@ class Mechanism(ABC):
         return None
 
     @property
+    def inside(self) -> bool:
+        """True where the follower works within the cam, whose walls are seen from there alone."""
+        return self.drum is not None and self.drum.hollow
+
+    @property
     def wall_foot(self) -> tuple[Level, float] | None:
         """Surface on which the walls end, and a delta near it; None where they end at the tool's tip."""
         return None

@@ -154,18 +154,10 @@ def _drum(dice: Dice, form: str, swings: bool) -> Data:
     if dice.chance(0.3):
         cam["running_clearance"] = dice.between(0.005, 0.02)
     bored(dice, cam, deep, 8.0)
-    data: Data = {"cam": cam, "motion": trip.segments(stroke)}
-    if swings:
-        # The arc strays from the drum's middle line by a (1 - cos) of half the swing.
-        arm = max(stroke * dice.between(2.2, 3.2), 40.0)
-        swing = 2.0 * degrees(atan(0.5 * stroke / arm))
-        data["follower"] = {"kind": "swinging", "arm": arm, "start_angle": -0.5 * swing}
-        data["motion"] = trip.segments(swing)
-    else:
-        data["follower"] = {"kind": "translating"}
+    swung, moved = _slid_or_swung(dice, trip, stroke, swings)
+    data: Data = {"cam": cam} | moved
     data["roller"] = roller(dice, radius, length, ("cylinder", "cylinder", "crowned", "cone"))
-    lift = trip.acceleration * (radians(data["follower"].get("start_angle", 0.0)) * -2.0 if swings else stroke)
-    loaded(dice, data, 0.5 * radius * length, lift, False)
+    loaded(dice, data, 0.5 * radius * length, trip.acceleration * (swung if swings else stroke), False)
     return data
 
 
@@ -418,17 +410,45 @@ def _end_face(dice: Dice, swings: bool) -> Data:
     cam: Data = {"kind": "end-face", "diameter": 2.0 * outer, "inner_diameter": 2.0 * inner, "web": web}
     cam["height"] = web + dice.between(10.0, 20.0)
     bored(dice, cam, inner, 8.0)
-    data: Data = {"cam": cam, "motion": trip.segments(stroke), "follower": {"kind": "translating"}}
-    lift = trip.acceleration * stroke
-    if swings:
-        arm = max(stroke * dice.between(2.2, 3.2), 40.0)
-        swing = 2.0 * degrees(atan(0.5 * stroke / arm))
-        data["follower"] = {"kind": "swinging", "arm": arm, "start_angle": -0.5 * swing}
-        data["motion"] = trip.segments(swing)
-        lift = trip.acceleration * radians(swing)
+    swung, moved = _slid_or_swung(dice, trip, stroke, swings)
+    data: Data = {"cam": cam} | moved
+    lift = trip.acceleration * (swung if swings else stroke)
     data["roller"] = roller(dice, radius, length, ("cylinder", "cylinder", "crowned", "cone"))
     loaded(dice, data, 0.5 * radius * length, lift, True)
     return data
+
+
+def _bell(dice: Dice, swings: bool) -> Data:
+    """A groove in the inside of a ring, whose least radius is that of its path."""
+    trip = Trip(dice)
+    inner, radius = dice.between(48.0, 72.0), dice.between(7.0, 11.0)
+    length, wall, web = radius * dice.between(1.0, 1.3), dice.between(6.0, 14.0), dice.between(8.0, 14.0)
+    stroke = tan(radians(dice.between(10.0, 22.0))) * inner / trip.velocity
+    swung, data = _slid_or_swung(dice, trip, stroke, swings)
+    # A flat end reaches deepest with its edge, the more where an arm carries it aside of the axis.
+    aside = 0.5 * data["follower"].get("arm", 0.0) * (1.0 - cos(0.5 * swung)) if swings else 0.0
+    depth = sqrt((inner + length) ** 2 + (radius + aside) ** 2) - inner + 1.0
+    cam: Data = {"kind": "end-face", "form": "groove", "inner_diameter": 2.0 * inner, "groove_depth": depth, "web": web}
+    cam |= {"diameter": 2.0 * (inner + depth + wall), "start": web + wall + radius}
+    cam["length"] = cam["start"] + stroke + radius + wall
+    if dice.chance(0.3):
+        cam["running_clearance"] = dice.between(0.005, 0.02)
+    bored(dice, cam, inner, 8.0)
+    data = {"cam": cam} | data
+    data["roller"] = roller(dice, radius, length, ("cylinder", "cylinder", "crowned", "cone"))
+    loaded(dice, data, 0.5 * radius * length, trip.acceleration * (swung if swings else stroke), False)
+    return data
+
+
+def _slid_or_swung(dice: Dice, trip: Trip, stroke: float, swings: bool) -> tuple[float, Data]:
+    """Swing, rad, and follower with its motion: a slide's, or an arm's, which strays by a (1 - cos) of half its swing.
+    """
+    if not swings:
+        return 0.0, {"follower": {"kind": "translating"}, "motion": trip.segments(stroke)}
+    arm = max(stroke * dice.between(2.2, 3.2), 40.0)
+    swing = 2.0 * atan(0.5 * stroke / arm)
+    follower: Data = {"kind": "swinging", "arm": arm, "start_angle": -0.5 * degrees(swing)}
+    return swing, {"follower": follower, "motion": trip.segments(degrees(swing))}
 
 
 def _conical(dice: Dice) -> Data:
@@ -554,6 +574,8 @@ KINDS: dict[str, Callable[[Dice], Data]] = {
     "disc, cone": lambda dice: _disc(dice, "roller", False, ("cone",)),
     "disc, swinging cone": lambda dice: _disc(dice, "roller", True, ("cone",)),
     "cone groove": _conical,
+    "bell groove": lambda dice: _bell(dice, False),
+    "bell groove, swinging": lambda dice: _bell(dice, True),
 }
 """how a design of every kind is made; the kind of a seed is that of its remainder"""
 SEVERAL = ("both faces", "groove and rim")
@@ -572,12 +594,14 @@ CONE_SEED, FOURTH_KINDS = 90_000, 26
 """discs of conical rollers come from here on; kinds of the seeds below"""
 DRUM_SEED, FIFTH_KINDS = 100_000, 28
 """conical drums come from here on; kinds of the seeds below"""
+BELL_SEED, SIXTH_KINDS = 110_000, 29
+"""bells with a groove come from here on; kinds of the seeds below"""
 
 
 def kinds_of(seed: int) -> tuple[str, ...]:
     """The kinds that a seed may have."""
     bounds = ((FIRST_SEED, FIRST_KINDS), (LINEAR_SEED, SECOND_KINDS), (EDGE_SEED, THIRD_KINDS),
-              (CONE_SEED, FOURTH_KINDS), (DRUM_SEED, FIFTH_KINDS))  # fmt: skip
+              (CONE_SEED, FOURTH_KINDS), (DRUM_SEED, FIFTH_KINDS), (BELL_SEED, SIXTH_KINDS))  # fmt: skip
     return tuple(KINDS)[: next((count for end, count in bounds if seed < end), len(KINDS))]
 
 

@@ -43,8 +43,9 @@ WIDTHS, PAIRS = ("frame", "yoke"), ("rocker", "slide")
 GLOBOIDS = ("globoid rib", "globoid groove")
 SIDE_BY_SIDE = tuple(kind for kind in ALONE if kind.startswith("parallel"))
 TURRETS = (*GLOBOIDS, "barrel", *SIDE_BY_SIDE)
-GROOVES = ("drum groove", "drum groove, swinging", "cone groove")
-STRUCK = ("drum groove", "cone groove", "face groove", "rocker", "slide")
+BELLS = tuple(kind for kind in ALONE if kind.startswith("bell"))
+GROOVES = ("drum groove", "drum groove, swinging", "cone groove", *BELLS)
+STRUCK = ("drum groove", "cone groove", "bell groove", "face groove", "rocker", "slide")
 SLIDING = ("disc, flat", "disc, curved", "frame")
 ROLLING = tuple(kind for kind in ALONE if kind not in SLIDING)
 SLIDES = ("linear", "linear edge")
@@ -140,7 +141,7 @@ def thin_end(data: Data, dice: Dice) -> None:
         return
     # A cone is widest at the drum's outside, half its length from where its diameter is quoted.
     widest = 0.5 * roller["diameter"] + 0.6 * roller["length"] * tan(radians(roller.get("half_angle", 0.0)))
-    cam["start"] = widest + cam.get("running_clearance", 0.0) + dice.between(0.05, 0.4)
+    cam["start"] = cam.get("web", 0.0) + widest + cam.get("running_clearance", 0.0) + dice.between(0.05, 0.4)
 
 
 def thin_rim(data: Data, dice: Dice) -> None:
@@ -165,8 +166,12 @@ def _reach(data: Data) -> float:
 
 
 def thin_floor(data: Data, dice: Dice) -> None:
-    """A face groove that leaves 0.05 to 0.4 mm of the plate."""
-    data["cam"]["width"] = data["cam"]["groove_depth"] + dice.between(0.05, 0.4)
+    """A face groove that leaves 0.05 to 0.4 mm of the plate, or a bell's that leaves as much of its ring."""
+    cam, left = data["cam"], dice.between(0.05, 0.4)
+    if cam["kind"] == "end-face":
+        cam["diameter"] = cam["inner_diameter"] + 2.0 * (cam["groove_depth"] + left)
+    else:
+        cam["width"] = cam["groove_depth"] + left
 
 
 def thin_between(data: Data, dice: Dice) -> None:
@@ -419,7 +424,7 @@ def _resized(data: Data, by: float) -> None:
     cam = data["cam"]
     if cam["kind"] in ("disc", "constant-width", "conjugate") and cam.get("form") != "groove":
         cam["base_radius"] -= by  # what runs on it now comes nearer than what it was made for
-    elif cam["kind"] == "end-face":
+    elif "height" in cam:
         cam["height"] -= by
     elif "rib_thickness" in cam:
         cam["rib_thickness"] -= 2.0 * by  # rollers beside a rib stand as far apart as they are thick
@@ -435,7 +440,8 @@ def untouched(data: Data, dice: Dice) -> None:
 IDLE: tuple[tuple[tuple[str, ...], str, str, Any], ...] = (
     (DRUMS, "follower", "offset", 3.0),
     (ENDS, "follower", "clearance", 0.05),
-    (("cone groove",), "follower", "clearance", 0.05),
+    (("cone groove", *BELLS), "follower", "clearance", 0.05),
+    (BELLS, "cam", "height", 40.0),
     (("cone groove",), "limits", "warn_rib_share", 0.5),
     (ENDS, "limits", "play_mm", 0.1),
     (DRUMS, "follower", "face", "flat"),
@@ -621,7 +627,7 @@ def pivot_within(data: Data, dice: Dice) -> None:
 
 PLAYS = {
     "follower": ("frame", "yoke", "rocker", "slide"),
-    "cam": ("drum groove", "drum groove, swinging", "face groove", "face groove, swinging", *TURRETS, "linear"),
+    "cam": ("drum groove", "drum groove, swinging", *BELLS, "face groove", "face groove, swinging", *TURRETS, "linear"),
 }
 """where the play of a follower that is driven both ways is given: follower.clearance or cam.running_clearance"""
 
@@ -791,7 +797,7 @@ FAULTS: dict[str, Fault] = {
     "thin wall: keyway": Fault(KEYED, thin_keyway, ("wall",), ("keyway", "bore")),
     "thin wall: end of a drum": Fault(GROOVES, thin_end, ("wall", "run-out"), ("start",)),
     "thin wall: rim": Fault(PLATES, thin_rim, ("wall",), ("diameter",)),
-    "thin wall: floor": Fault(PLATES, thin_floor, ("wall",), ("groove_depth", "width")),
+    "thin wall: floor": Fault((*PLATES, *BELLS), thin_floor, ("wall",), ("groove_depth", "width")),
     "overlapping neighbours": Fault(
         TURRETS, overlapping, ("rib-thickness", "turret-gap", "watertight", "wall"), ("roller.diameter",)
     ),
@@ -871,7 +877,7 @@ FAULTS: dict[str, Fault] = {
     "torque, impacts": Fault(STRUCK, struck(weak_drive), ("impact-torque",)),
     "static load, impacts": Fault(STRUCK, struck(small_rating), ("impact-bearing",)),
     "case too thin, impacts": Fault(STRUCK, struck(thin_case), ("impact-case-depth",)),
-    "thin wall: web": Fault(ENDS, thin_web, ("wall",), ("web",)),
+    "thin wall: web": Fault((*ENDS, *BELLS), thin_web, ("wall",), ("web",)),
     "thin wall: between faces": Fault(("both faces",), thin_between, ("wall",)),
     "thin wall: groove to profile": Fault(("groove and rim",), thin_profile, ("wall",)),
     "force of the drive": Fault(SLIDES, weak_slide, ("drive-force",)),

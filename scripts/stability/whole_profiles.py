@@ -347,15 +347,23 @@ def _drum(dice: Dice, kind: str, size: float) -> Data:
 
 def _ring(dice: Dice, kind: str, size: float) -> Data:
     inner, width = dice.near(0.8 * size), dice.near(0.35 * size)
-    height = dice.near(0.6 * size)
-    cam: Data = {"kind": kind, "diameter": 2.0 * (inner + width), "inner_diameter": 2.0 * inner, "height": height}
+    cam: Data = {"kind": kind, "diameter": 2.0 * (inner + width), "inner_diameter": 2.0 * inner}
     cam |= {"web": dice.near(0.2 * size), "direction": dice.choice(("cw", "ccw"))}
     follower, stroke = {"kind": "translating", "mass": dice.any_of(0.1, 10.0)}, dice.near(0.4 * size)
+    travel, diameter, length = stroke, dice.near(0.3 * size), round(0.7 * width, 2)
     if dice.likely(0.35):
         follower = {"kind": "swinging", "arm": dice.near(1.2 * size), "inertia": dice.any_of(1e-4, 1.0)}
         stroke = round(dice.uniform(5.0, 30.0), 1)
+        travel = 0.6 * size
+    if dice.likely(0.4):
+        # The edge of the roller's end, a third of its radius beyond the inside, has to stay within the floor.
+        length = round(0.4 * width, 2)
+        cam |= {"form": "groove", "groove_depth": dice.near(0.7 * width, 0.05), "start": dice.near(0.5 * size)}
+        cam |= {"length": dice.near(0.8 * size + travel), "running_clearance": dice.choice((0.0, 0.0, 0.02))}
+    else:
+        cam["height"] = dice.near(0.6 * size)
     _bore(dice, cam, 0.8 * inner)
-    roller = _roller(dice, dice.near(0.3 * size), round(0.7 * width, 2))
+    roller = _roller(dice, diameter, length)
     return {"cam": cam, "follower": follower, "roller": roller, "motion": _program(dice, stroke)}
 
 

@@ -21,7 +21,10 @@ from camgeom.export.step.check import check_solid
 from camgeom.export.step.geometry import Cone, Plane, SplineSurface
 from camgeom.model import Model
 from camgeom.profile import from_data
+from camgeom.report.pictures import seen_from
 from camgeom.report.result import compute
+from camgeom.report.sections.bodies import cam_meshes
+from camgeom.report.sections.mechanism import fields
 from camgeom.solid.blank import Bore
 from tests.oracle.cams import judges_of
 from tests.oracle.judge_volume import _width
@@ -334,6 +337,25 @@ def test_the_groove_rolled_out_is_as_long_as_it_is_in_the_ring() -> None:
         flat = np.hypot(*np.diff(curve.at(phi)[0], axis=1)).sum()
         s = one.setup.program.jet(phi, 0)[0]
         assert flat == pytest.approx(np.hypot(place * np.diff(phi), np.diff(s)).sum(), rel=1e-7)
+
+
+def test_flanks_are_painted_whole_however_deep_the_groove_goes_on() -> None:
+    # A straight flank has vertices at its mouth and its foot alone, and the foot may be far beyond the roller's end.
+    one = model(groove_depth=16.0, roller={"length": 5.0})
+    mesh = one.solid.mesh
+    painted = fields(one, mesh)
+    for name in ("pressure_angle", "curvature", "pressure"):
+        assert np.isfinite(painted[name][mesh.group_vertices("flank")]).all(), name
+    assert np.degrees(one.pressure_angle.value) == pytest.approx(np.nanmax(painted["pressure_angle"]), rel=1e-3)
+
+
+def test_the_follower_in_the_ring_is_seen_from_over_its_far_side() -> None:
+    # From there the near wall hides nothing above the web: the line of sight to the roller passes over the ring's end.
+    one = model()
+    (x, _, z), place = seen_from(cam_meshes(one), one.mechanism.inside), 34.0
+    assert x < 0.0
+    assert place + (INNER + INNER) * z / -x > 78.0
+    assert not drum().mechanism.inside
 
 
 def test_impacts_are_those_of_the_drum() -> None:

@@ -205,11 +205,13 @@ def _track_fields(model: Model, mesh: Mesh) -> dict[str, Floats]:
     distance, nearest = np.asarray(found[0], dtype=np.float64), np.asarray(found[1], dtype=np.intp)
     out: dict[str, Floats] = {}
     radius = max(_largest_radius(track) for track in model.tracks)
+    # A straight flank has vertices at its ends alone, the deeper of them beyond the roller's.
+    beyond = max(abs(cutter.tip - track.tip) for track, cutter in zip(model.tracks, model.cutters))
     on = mesh.group_faces("flank")
     wall = np.zeros(len(mesh.vertices), dtype=bool)
     wall[mesh.faces[on]] = True
     for name, values in samples.results.items():
-        field = np.where(wall & (distance < 0.25 * radius), values[nearest], np.nan)
+        field = np.where(wall & (distance < 0.25 * radius + beyond), values[nearest], np.nan)
         if np.any(np.isfinite(field)):
             out[name] = field
     groove = np.zeros(len(mesh.vertices), dtype=bool)
