@@ -92,7 +92,7 @@ _WALLS = [8.0]
 
 def _earlier(dice: random.Random) -> Path:
     """A folder with the run of another design, one of a few."""
-    seed = 700_000 + 10 * dice.randrange(7)
+    seed = 700_000 + dice.randrange(len(KINDS))
     place = Path(tempfile.gettempdir()) / f"camgeom-earlier-{os.getpid()}" / str(seed)
     if not place.exists():
         place.mkdir(parents=True)

@@ -117,6 +117,8 @@ RATES = ("velocity", "acceleration", "jerk")
 KNOWN = frozenset({"name", "units", "reproduces", "cam", "follower", *ROLLERS, "motion", "duty", "operation", "limits",
                    "material", "output", "drawing", "impact", "dynamics", "cutter", "tolerance", "lubricant"})
 """sections that are drawn with what belongs to them; any other is drawn as its schema says, no more"""
+FEWEST = ("cylindrical", "end-face", "globoidal", "cylindrical-index")
+"""kinds of cam that may be meshed with fewer triangles"""
 ERRORS = 22
 """errors of [tolerance] come first in it"""
 PAIRS: dict[str, tuple[tuple[str, ...], ...]] = {
@@ -262,6 +264,8 @@ class Keys:
             if section in self.data:
                 share = {"drawing": 0.4, "impact": 0.12, "dynamics": 0.1, "cutter": 0.1}.get(section, 0.07)
                 self._further(section, self.data[section], (section,), share)
+        if self.data["cam"]["kind"] in FEWEST and self.likely(0.15):
+            self._put(self.data["output"], "fewest_triangles", True, ("output",))
         for section in ROLLERS:
             if section in self.data:
                 self._bearing(section, self.data[section])
@@ -553,11 +557,14 @@ class Keys:
             titles = [one["title"] for one in _schema()["properties"]["motion"]["items"]["oneOf"]]
             for key in set(segment) - {"until", "to"}:
                 del segment[key]
-            segment["law"] = dice.choice([title for title in titles if title != "dwell"])
+            laws = [title for title in titles if title != "dwell"]
+            segment["law"] = dice.choice(laws) if self.likely(0.8) else "optimal"
             before = [one["to"] for one in self.data["motion"][:i] if "to" in one]
             self._made_of_data(segment, before[-1] if before else 0.0)
         share = 0.4 if segment["law"] in ("universal-asymmetric", "table") else 0.15
         joining = segment["law"] in JOINING
+        if segment["law"] == "optimal":
+            share = 0.02
         for key, entry in _variant("motion", segment).items():
             ends = key in RATES
             if key not in segment and key not in ("control", "points", "rows", "file") and self.likely(
@@ -583,7 +590,7 @@ class Keys:
             segment |= {"file": "lift.csv", "to": before + 1.0}
         elif segment["law"] == "optimal":
             segment["minimise"] = dice.choice(("peak-acceleration", "jerk", "rms-acceleration", "residual"))
-            if segment["minimise"] != "jerk" or self.likely(0.3):
+            if segment["minimise"] != "jerk" or self.likely(0.05):
                 segment["jerk_limit"] = round(dice.uniform(35.0, 200.0), 1)
             if self.likely(0.4):
                 segment["velocity_limit"] = round(dice.uniform(1.4, 2.2), 2)
