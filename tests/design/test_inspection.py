@@ -22,7 +22,8 @@ from camgeom.model.surfaces import flank_surfaces, within
 from tests.oracle.envelope import roller_distance, swept_distance
 from tests.places import PROFILES
 
-ROLLED = ["pin_insertion", "steep_shuttle", "feeder_runout", "tool_changer", "two_start", "barrel_indexer"]
+ROLLED = ["pin_insertion", "steep_shuttle", "feeder_runout", "tool_changer", "two_start", "barrel_indexer",
+          "bell_lifter"]  # fmt: skip
 PLANAR = ["disc_offset_roller", "disc_face_groove", "disc_flat_face", "conjugate_rocker", "constant_width_press"]
 
 

@@ -358,6 +358,16 @@ def test_the_follower_in_the_ring_is_seen_from_over_its_far_side() -> None:
     assert not drum().mechanism.inside
 
 
+@pytest.mark.parametrize(("angle", "free"), [(19.5, False), (19.6, True), (180.0, True)])
+def test_followers_on_one_groove_are_kept_apart_where_they_are_nearest_inside(angle: float, free: bool) -> None:
+    one = model(station=({"angle": angle},))
+    apart = finding(one, "followers-apart")
+    assert apart.passed is free
+    if angle < 90.0:
+        # While both dwell alike their inner ends are a chord of the inside apart.
+        assert apart.value == pytest.approx(2.0 * INNER * np.sin(np.radians(0.5 * angle)) - 2.0 * RADIUS, abs=2e-3)
+
+
 def test_impacts_are_those_of_the_drum() -> None:
     impact = {"law": "hertz", "restitution": 0.6, "turns": 2, "reference_radius": 60.0}
     one, two = (made(impact=impact) for made in (model, drum))

@@ -112,6 +112,10 @@ CASES: dict[str, dict[str, Any]] = {
     "swinging cone": _shipped("steep_shuttle", cam__running_clearance=0.0),
     "rib": _rib(),
     "ring": _shipped("end_face_lifter"),
+    "bell": _shipped("bell_lifter", cam__running_clearance=0.0),
+    "bell, conical roller": _shipped(
+        "bell_lifter", cam__running_clearance=0.0, cam__direction="cw", roller__shape="cone", roller__half_angle=8.0
+    ),
     "cone of a drum": _shipped("conical_guide", cam__running_clearance=0.0),
     "cone of a drum, conical roller": _shipped(
         "conical_guide", cam__running_clearance=0.0, cam__half_angle=-40.0, cam__diameter=90.0, cam__start=22.0,

@@ -23,6 +23,7 @@ from tests.reference.machines import pin_cam, pin_setup, swinging_cam, swinging_
 PROFILES = Path(__file__).parents[2] / "profiles"
 SHARES = {
     "pin_insertion": 0.56, "steep_shuttle": 0.6, "end_face_lifter": 0.8, "two_groove_drum": 0.6, "tool_changer": 0.63,
+    "bell_lifter": 0.7,
     "two_start": 0.66, "conical_indexer": 0.75, "barrel_indexer": 0.82,
 }  # fmt: skip
 """most triangles as a share of the structured grid's"""

@@ -29,6 +29,7 @@ SHARES = {
     "pin_insertion": 0.50, "steep_shuttle": 0.48, "two_groove_drum": 0.58, "end_face_lifter": 0.66,
     "tool_changer": 0.40, "barrel_indexer": 0.38, "two_start": 0.37, "feeder_runout": 0.56, "both_faces_disc": 0.31,
     "disc_face_groove": 0.68, "disc_offset_roller": 0.80, "conjugate_rocker": 0.76, "parallel_index": 0.82,
+    "bell_lifter": 0.6,
 }  # fmt: skip
 """most triangles as a share of those without the key, at 20 times the tolerance"""
 
