@@ -188,10 +188,10 @@ def _each(mesh: RingMesh | TetraMesh, cell: str, moved: Floats, case: Sequence[P
 
 def unmeshed(parts: Sequence[Part], cutters: tuple[Track, ...]) -> str:
     """Why nothing is known of what lies below the contacts of a body; empty where it is."""
-    if all(isinstance(one, Prism) for one in parts):
+    if all(isinstance(one, Prism) for one in parts) and not solid_cut(parts[0]):
         pair = len(parts) > 1 and len(cutters) == len(parts) == 2
         return "takes one pressed body, and a pair's two discs press in turn" if pair else ""
-    if isinstance(parts[0], IndexingCut) or solid_cut(parts[0]):
+    if (isinstance(parts[0], IndexingCut) or solid_cut(parts[0])) and len(parts) == 1:
         return NEEDS if find_spec("pytetwild") is None else ""
     return f"needs the body's volume: {reason}" if (reason := unfilled(parts, cutters)) else ""
 
@@ -214,7 +214,7 @@ def below_rollers(
         return Below(pressed, value)
     duty = duties[0]
     own, force = Own(duty.cam, 2.0 * duty.radius, duty.level != "line"), RollerForce(duty)
-    rings = isinstance(part, EndFaceRing | RibbedCylinder | Prism)
+    rings = isinstance(part, EndFaceRing | RibbedCylinder | Prism) and not solid_cut(part)
     groove = groove_of(part, cutters)
     every = np.linspace(0.0, TURN, PLANES if rings or groove is not None else ANGLES, endpoint=False)
     theta = every[force.presses(every)]

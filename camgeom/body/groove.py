@@ -313,9 +313,9 @@ class PlateGroove:
 
 def groove_of(part: Part, cutters: tuple[Track, ...]) -> Groove | None:
     """The groove of a drum or a plate, cut by the track given, where it is one closed ring; None of other bodies, and
-    of a cone, whose layers from groove to bore are not even."""
+    of a cone, whose layers from groove to bore are not even, and of flanks that lean."""
     if isinstance(part, GroovedCylinder) and not part.slope and part.fits():
         return DrumGroove(part)
-    if isinstance(part, GroovedPlate) and len(part.grooves) == 1 and isinstance(part.rim.outline, CircleOutline):
-        return PlateGroove(part, cutters[0])
+    if isinstance(part, GroovedPlate) and len(part.grooves) == 1 and not part.leans:
+        return PlateGroove(part, cutters[0]) if isinstance(part.rim.outline, CircleOutline) else None
     return None

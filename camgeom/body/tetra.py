@@ -29,7 +29,7 @@ from camgeom.solid import Part
 from camgeom.solid.bell import GroovedRing
 from camgeom.solid.cut import CutBlank
 from camgeom.solid.drum import GroovedCylinder
-from camgeom.solid.prism import ConicalDisc
+from camgeom.solid.prism import GroovedPlate, Prism
 from camgeom.worker import Worker, WorkerEnded
 
 Index = npt.NDArray[np.int64]
@@ -105,10 +105,12 @@ class TetraMesh:
 
 
 def solid_cut(part: Part) -> bool:
-    """Whether a body that a roller presses is filled with tetrahedra: a groove that runs out, a disc's leaning flank, a
-    cone, a ring with a groove in its inside."""
+    """Whether a body that a roller presses is filled with tetrahedra: a groove that runs out, a flank of a disc that
+    leans, a cone, a ring with a groove in its inside."""
+    if isinstance(part, Prism | GroovedPlate):
+        return part.leans
     cone = isinstance(part, GroovedCylinder) and part.slope != 0.0
-    return cone or isinstance(part, CutBlank | ConicalDisc | GroovedRing)
+    return cone or isinstance(part, CutBlank | GroovedRing)
 
 
 def filled(part: Part, surface: Mesh) -> TetraMesh:

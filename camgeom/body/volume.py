@@ -50,6 +50,7 @@ NO_RING = (
     "plates that slide, plates whose rim is a track beside a groove, and undercut bodies are not meshed: give an FE "
     "program the STEP file of this body"
 )
+NO_LEANING_PAIR = "the leaning discs of a pair of cones are not meshed: give an FE program their STEP file"
 NO_LOAD = "nothing presses this body: there is no load"
 
 
@@ -203,9 +204,15 @@ def unfilled(parts: Sequence[Part], cutters: tuple[Track, ...], several: Sequenc
     """
     if len(several) > 1:
         return "" if grooves_of(parts[0], several) is not None else NO_RING
+    if _leaning_pair(parts):
+        return NO_LEANING_PAIR
     ring = isinstance(parts[0], EndFaceRing | RibbedCylinder | IndexingCut)
     known = ring or solid_cut(parts[0]) or all(isinstance(one, Prism) for one in parts)
     return "" if known or groove_of(parts[0], cutters) is not None else NO_RING
+
+
+def _leaning_pair(parts: Sequence[Part]) -> bool:
+    return len(parts) > 1 and any(solid_cut(one) for one in parts)
 
 
 def volume_of(
@@ -217,6 +224,8 @@ def volume_of(
     surface  the body's mesh, asked for where it is no ring
     Raises DesignError where nothing presses the body, or it cannot be meshed.
     """
+    if _leaning_pair(parts):
+        raise DesignError(NO_LEANING_PAIR)
     part, rollers = parts[0], pressing.rollers
     groove = groove_of(part, cutters)
     if groove is not None and rollers:
@@ -227,7 +236,7 @@ def volume_of(
         ring = EndFaceSection(part) if isinstance(part, EndFaceRing) else RibSection.of(part)
         patch = asked_patch(ring, rollers, angle)
         return BodyVolume(part.name, ring_about(ring, patch.middle, STEP), material, patch)
-    discs = [one for one in parts if isinstance(one, Prism)]
+    discs = [one for one in parts if isinstance(one, Prism) and not one.leans]
     if len(discs) == len(parts):
         disc, patch = _pressed_disc(discs, pressing, angle)
         plate = PlateSection(disc)

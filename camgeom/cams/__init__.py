@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from camgeom.errors import DesignError, Problem
 from camgeom.keys import Section
-from camgeom.track.follower import CrownedRoller, CylinderRoller, Setup
+from camgeom.track.follower import AnyRoller, CrownedRoller, CylinderRoller, Setup
 
 if TYPE_CHECKING:
     from camgeom.motion.program import Program
@@ -66,9 +66,12 @@ class Cam(Section, ABC):
     def mechanism(self, setup: Setup) -> Mechanism:
         """The cam bound to its follower, roller and program, which `problems` has nothing against."""
 
-    def together(self, others: Sequence[Cam]) -> list[Problem]:
-        """What contradicts itself on one body with further tracks' tables; without any, of a track that is alone."""
-        del others
+    def together(self, others: Sequence[Cam], rollers: Sequence[AnyRoller | None]) -> list[Problem]:
+        """What contradicts itself on one body with further tracks' tables; without any, of a track that is alone.
+
+        rollers  of all tracks, the first one's first
+        """
+        del others, rollers
         return []
 
     def joined(self, mechanisms: Sequence[Mechanism]) -> tuple[tuple[Part, ...], tuple[Wall, ...]]:
@@ -142,6 +145,13 @@ SHARP = idle(
     "cutter.corner_radius",
 )
 NO_ROOT = NO_STRESS | SHARP
+NO_LAYERS = idle(
+    "stress at a root is solved in rings, and what leans as a cone does is filled with tetrahedra, too coarse for it",
+    "material.cam.bending_limit",
+)
+NORMAL_PLAY = idle("the play of walls that lean is one for the chord and the normal", "impact.clearance_kind") | idle(
+    "a roller between walls that lean does not turn in this solver", "impact.roller_inertia"
+)
 NO_RIB = idle("only a drum's rib is asked for by its thickness", "limits.warn_rib_share")
 NO_DRUM = NO_RIB | idle("only a drum's groove is made although it is undercut", "output.undercut_solid")
 REGULAR = idle(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from math import acos, cos, pi, sin
+from math import acos, atan2, cos, degrees, pi, sin
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from camgeom.motion.program import Program
 from camgeom.solid.blank import Bore, Wall
 from camgeom.solid.prism import Loop
 from camgeom.track import Joint, Meridian, Slide, Swing, Track, Vector
-from camgeom.track.follower import AnyRoller, CrownedRoller
+from camgeom.track.follower import AnyRoller, ConeRoller, CrownedRoller
 from camgeom.track.outline import CircleOutline, Outline
 
 
@@ -165,6 +165,27 @@ def bore_walls(name: str, outline: Outline, bore: Bore | None) -> tuple[Wall, ..
         return ()
     thickness, angle = least_distance(outline, bore_distance(bore))
     return (Wall(f"{name} to bore", thickness, angle, "a smaller bore or keyway, or a larger base_radius"),)
+
+
+def least_wall(loop: Loop, walls: Callable[[Outline], tuple[Wall, ...]]) -> tuple[Wall, ...]:
+    """Walls beside an outline; beside a flank that leans each at the end where it is thinnest."""
+    return tuple(min(each, key=lambda wall: wall.thickness) for each in zip(*map(walls, loop.ends)))
+
+
+def cone_problems(roller: ConeRoller, ends: tuple[float, float], table: str = "roller") -> list[Problem]:
+    """What is wrong with a conical roller whose flank goes on along its axis, mm, from its middle: towards its free end
+    and away from it."""
+    most, least = (degrees(atan2(0.5 * roller.diameter, end)) for end in ends)
+    if -least < roller.half_angle < most:
+        return []
+    limit = f"-{least:.6g} to {most:.6g} deg: beyond, the cone comes to its point beside the disc"
+    return [problem(f"{table}.half_angle", roller.half_angle, limit)]
+
+
+NO_PATHS = idle(
+    "no tool paths are made of a flank that leans as a cone does: a CAM program takes the STEP file", "cutter"
+)
+"""Of a planar cam with a conical roller."""
 
 
 def disc_wall(name: str, width: float) -> Wall:

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal, final
 import numpy as np
 from pydantic import Field
 
-from camgeom.cams import NO_GAPS, NO_RIB, Cam, idle, keyway_idle, problem, root_problems, sense_of
+from camgeom.cams import NO_GAPS, NO_LAYERS, NO_RIB, Cam, idle, keyway_idle, problem, root_problems, sense_of
 from camgeom.cams._axial import axial_idle, ball_problems, grooved_contact, too_long
 from camgeom.cams._plate import bore_of, bore_problems
 from camgeom.errors import Problem
@@ -27,7 +27,6 @@ from camgeom.track.section import Level, outside_level
 
 STEEPEST = 85.0
 """deg; a steeper cone is a disc with a groove in its face"""
-NO_RING = "stress at a root is solved in rings, and a cone is filled with tetrahedra, too coarse for it"
 
 
 @final
@@ -109,7 +108,7 @@ class Conical(Cam):
         """Keys of ribs, of other followers, and of what a groove's roller does not do."""
         follower = setup.follower
         assert isinstance(follower, TranslatingFollower)
-        found = keyway_idle(self.bore) | NO_RIB | idle(NO_RING, "material.cam.bending_limit")
+        found = keyway_idle(self.bore) | NO_RIB | NO_LAYERS
         found |= NO_GAPS if isinstance(setup.roller, SphereRoller) else {}
         found |= idle("the play in a drum's groove is one for the chord and the normal", "impact.clearance_kind")
         found |= idle("the roller in a drum's groove does not turn in this solver", "impact.roller_inertia")

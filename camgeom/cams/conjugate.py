@@ -2,26 +2,31 @@
 
 The return disc is the envelope of the return roller under the same motion, ahead of it by the play asked for; that
 roller may be another one than the main roller. The discs are stacked along Z: main 0 <= z <= width, return disc above
-it after `gap`.
+it after `gap`. The flank of a conical roller's disc leans as the cone does; free ends face the other disc.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import asin, radians, sqrt
 from typing import TYPE_CHECKING, ClassVar, Literal, final
 
+import numpy as np
 from pydantic import Field
 
 from camgeom.cams import NO_DRUM, NO_ROOT, REGULAR, Cam, idle, prism_idle, problem, sense_of
 from camgeom.cams._plate import (
+    NO_PATHS,
     SLIDE,
     Arm,
     arm_angle,
     bore_of,
     bore_problems,
     bore_walls,
+    cone_problems,
     disc_wall,
     face_idle,
+    least_wall,
     lift_range,
     mark_loops,
     mark_problems,
@@ -35,13 +40,14 @@ from camgeom.cams._plate import (
 from camgeom.errors import Problem
 from camgeom.immutable import immutable
 from camgeom.keys import Degrees, Gap, Length
+from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Wall
 from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.solid.prism import Loop, Prism
 from camgeom.track import Joint, Track, Vector
-from camgeom.track.follower import AnyRoller, Setup, SwingingFollower, TranslatingFollower
+from camgeom.track.follower import AnyRoller, ConeRoller, Setup, SwingingFollower, TranslatingFollower
 from camgeom.track.outline import Outline, RollerOutline
 from camgeom.track.touch import Touch
 
@@ -58,7 +64,9 @@ class Conjugate(Cam):
     ROLLERS: ClassVar[tuple[str, ...]] = ("roller", "return_roller")
 
     kind: Literal["conjugate"]
-    base_radius: Length = Field(description="mm, radius of the main profile at zero lift")
+    base_radius: Length = Field(
+        description="mm, radius of the main profile at zero lift; of a cone's half way between its faces"
+    )
     width: Length = Field(description="mm, thickness of each disc")
     center_distance: Length | None = Field(None, description="mm, swinging followers: cam axis to pivot")
     return_arm: Length | None = Field(None, description="mm, arm of the return roller; default that of the follower")
@@ -97,6 +105,8 @@ class Conjugate(Cam):
     def idle(self, setup: Setup) -> dict[str, str]:
         """Keys of the other follower, and of followers of other cams."""
         found = NO_DRUM | REGULAR | NO_ROOT | prism_idle(self.bore, self.mark_diameter) | face_idle("roller")
+        if any(isinstance(roller, ConeRoller) for roller in (setup.roller, setup.second)):
+            found |= NO_PATHS | idle("what a pair strikes is solved for discs of one profile at all heights", "impact")
         if not setup.follower.rotating:
             rocker = ("cam.center_distance", "cam.return_arm", "cam.rocker_angle")
             return found | idle("belongs to a rocker, none for a slide", *rocker)
@@ -109,8 +119,10 @@ class Conjugate(Cam):
             return [Problem("roller", "a conjugate pair needs rollers", None, "a [roller] table")]
         found = bore_problems(self.bore, self.keyway_width, self.keyway_depth, self.base_radius)
         for table, roller in zip(self.ROLLERS, (setup.roller, setup.second)):
-            if roller is not None and roller.shape not in ("cylinder", "crowned"):
-                found.append(problem(f"{table}.shape", roller.shape, "cylinder or crowned on conjugate cams"))
+            if isinstance(roller, ConeRoller):
+                found += cone_problems(roller, (0.5 * self.width, 0.5 * self.width), table)
+            elif roller is not None and roller.shape not in ("cylinder", "crowned"):
+                found.append(problem(f"{table}.shape", roller.shape, "cylinder, cone or crowned on conjugate cams"))
             found += straight_problems(roller, table)
         mechanism = self.mechanism(setup)
         reach = mechanism.bore.reach if mechanism.bore else 0.0
@@ -180,24 +192,44 @@ class ConjugateMechanism(Mechanism):
         """Heights z between which the main and the return roller touch, mm."""
         width = self.cam.width
         halves = (0.5 * min(width, roller.length or width) for roller in self.rollers)
-        middles = 0.5 * width, 1.5 * width + self.cam.gap
-        low, high = ((m - half, m + half) for m, half in zip(middles, halves))
+        low, high = ((0.5 * sum(disc) - half, 0.5 * sum(disc) + half) for disc, half in zip(self._discs, halves))
         return low, high
+
+    @property
+    def _discs(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Heights z of the faces of the main and the return disc, mm."""
+        above = self.width + self.cam.gap
+        return (0.0, self.width), (above, above + self.width)
 
     @property
     def neighbours(self) -> tuple[Neighbour, ...]:
         """Each roller, as long as it is, beside the disc of the other one."""
         from camgeom.track.beside import Neighbour
 
-        above = self.width + self.cam.gap
-        discs = {"main": (0.0, self.width), "return": (above, above + self.width)}
         found = []
-        for track, roller, other in zip(self.tracks, self.rollers, ("return", "main")):
-            middle, half = 0.5 * sum(discs[track.name]), 0.5 * (roller.length or self.width)
-            ends = middle - half, middle + half
-            name = f"{track.name} roller to {other} disc"
-            found.append(Neighbour(name, track, ends, 0.5 * roller.diameter, self.outlines[other], discs[other]))
+        for track, roller, own, k in zip(self.tracks, self.rollers, self._discs, (1, 0)):
+            middle, half = 0.5 * sum(own), 0.5 * (roller.length or self.width)
+            ends, name = (middle - half, middle + half), f"{track.name} roller to {self.tracks[k].name} disc"
+            # Both change evenly along the axis: the nearest is at an end of where they stand beside each other.
+            beside = sorted((max(ends[0], self._discs[k][0]), min(ends[1], self._discs[k][1])))
+            sections = dict.fromkeys((self._radius(1 - k, z), self._outline(k, z)) for z in beside)
+            found.append(Neighbour(name, track, ends, tuple(sections), self._discs[k]))
         return tuple(found)
+
+    @property
+    def conical(self) -> bool:
+        """True where the flank of one of the discs leans."""
+        return any(isinstance(roller, ConeRoller) for roller in self.rollers)
+
+    def _radius(self, k: int, z: float) -> float:
+        """Radius of the main (0) or the return (1) roller at a height, mm: of a crown at its crest."""
+        if isinstance(self.rollers[k], ConeRoller):
+            return float(self.tracks[k].meridian.jet(np.array([z]))[3][0])
+        return 0.5 * self.rollers[k].diameter
+
+    def _outline(self, k: int, z: float) -> RollerOutline:
+        """The outline of the main (0) or the return (1) disc at a height, mm."""
+        return RollerOutline(self.tracks[k], -self._radius(k, z))
 
     @property
     def prime_radius(self) -> float:
@@ -263,7 +295,8 @@ class ConjugateMechanism(Mechanism):
         joint, main, back = self._mounts
         low, high = self._heights
         # Each roller's free end faces the other disc: it reaches no further than its own.
-        first, second = (roller.meridian(0.5 * sum(z), 1.0) for roller, z in zip(self.rollers, (low, high)))
+        ends = zip(self.rollers, (low, high), (1.0, -1.0))
+        first, second = (roller.meridian(0.5 * sum(z), tip) for roller, z, tip in ends)
         return (
             roller_track("main", self.program, self.sense, main, joint, first, low, tip_high=True),
             roller_track("return", self.program, self.sense, back, joint, second, high, shift=self.play),
@@ -272,48 +305,79 @@ class ConjugateMechanism(Mechanism):
     @cached_property
     def outlines(self) -> dict[str, Outline]:
         """Profile and pitch curve of both discs by name."""
-        main, back = self.tracks
-        return {
-            "main": RollerOutline(main, -0.5 * self.roller.diameter),
-            "return": RollerOutline(back, -0.5 * self.back.diameter),
-            "main pitch curve": RollerOutline(main, 0.0),
-            "return pitch curve": RollerOutline(back, 0.0),
-        }
+        pitch = {f"{track.name} pitch curve": RollerOutline(track, 0.0) for track in self.tracks}
+        return {touch.name: touch.outline for touch in self.profiles} | pitch
+
+    @cached_property
+    def flanks(self) -> tuple[Loop, Loop]:
+        """Of the main and the return disc."""
+        main, back = (
+            Loop(self._outline(k, low), "flank", self._outline(k, high) if isinstance(roller, ConeRoller) else None)
+            for k, (roller, (low, high)) in enumerate(zip(self.rollers, self._discs))
+        )
+        return main, back
 
     @cached_property
     def envelope(self) -> tuple[float, float]:
         """Of both discs with the gap between them."""
-        outlines = self.outlines["main"], self.outlines["return"]
+        outlines = [outline for flank in self.flanks for outline in flank.ends]
         return plate_envelope(outlines, 2.0 * self.cam.width + self.cam.gap)
 
     @cached_property
-    def touches(self) -> tuple[Touch, ...]:
-        """The two contacts: the main disc pushes towards larger lift, the return disc back."""
+    def profiles(self) -> tuple[Touch, ...]:
+        """Both discs, of a cone's at either face: the main disc pushes towards larger lift, the return disc back."""
         joint, _, _ = self._mounts
+        found = []
+        for k, (track, flank, way, (low, high)) in enumerate(zip(self.tracks, self.flanks, (1.0, -1.0), self._heights)):
+            for z, outline in zip(self._discs[k], flank.ends):
+                name = track.name if flank.upper is None else f"{track.name} at z = {z:g} mm"
+                found.append(Touch(name, outline, joint, self.sense, way, self._radius(k, z), high - low))
+        return tuple(found)
+
+    @property
+    def touches(self) -> tuple[Touch, ...]:
+        """The two contacts; none where a profile is not the same at every height."""
+        return () if self.conical else self.profiles
+
+    @cached_property
+    def cutters(self) -> tuple[Track, ...]:
+        """The tracks; of cones with tools as long as the discs are wide, which the rollers may leave bare."""
+        each = zip(self.tracks, self.flanks, self._discs)
         return tuple(
-            Touch(name, self.outlines[name], joint, self.sense, way, 0.5 * roller.diameter, high - low)
-            for name, way, roller, (low, high) in zip(("main", "return"), (1.0, -1.0), self.rollers, self._heights)
+            track if flank.upper is None else replace(track, contact=disc, tip=disc[int(track.tip_sign > 0.0)])
+            for track, flank, disc in each
         )
+
+    @property
+    def passages(self) -> tuple[Track, ...]:
+        """Cones as long as their discs are wide."""
+        return self.cutters
+
+    def within(self, x: Floats) -> Floats:
+        """How far contact points (3, ...) lie between the faces of a disc, mm."""
+        if not self.conical:
+            return super().within(x)
+        main, back = (np.minimum(x[2] - low, high - x[2]) for low, high in self._discs)
+        return np.asarray(np.maximum(main, back) + 1e-9)
 
     @cached_property
     def walls(self) -> tuple[Wall, ...]:
         """Of both discs: the disc itself, profile to bore, phase mark to profile and to bore."""
         cam = self.cam
         found: list[Wall] = []
-        for name in ("main", "return"):
-            outline = self.outlines[name]
+        mark = cam.mark_diameter, cam.mark_radius or 0.0, self.sense
+        for name, flank in zip(("main", "return"), self.flanks):
             found.append(disc_wall(f"{name} disc", self.width))
-            found += bore_walls(name, outline, self.bore)
-            found += mark_walls(name, outline, self.bore, cam.mark_diameter, cam.mark_radius or 0.0, self.sense)
+            found += least_wall(flank, lambda outline, name=name: bore_walls(name, outline, self.bore))  # type: ignore[misc]
+            found += least_wall(flank, lambda outline, name=name: mark_walls(name, outline, self.bore, *mark))  # type: ignore[misc]
         return tuple(found)
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:
         """The main disc and the return disc, with bore and phase mark."""
-        cam, outlines = self.cam, self.outlines
+        cam = self.cam
         marks = mark_loops(cam.mark_diameter, cam.mark_radius or 0.0, self.sense)
-        above = cam.width + cam.gap
-        return (
-            Prism("main disc", Loop(outlines["main"], "flank"), 0.0, cam.width, marks, self.bore),
-            Prism("return disc", Loop(outlines["return"], "flank"), above, above + cam.width, marks, self.bore),
+        return tuple(
+            Prism(f"{track.name} disc", flank, *disc, marks, self.bore)
+            for track, flank, disc in zip(self.tracks, self.flanks, self._discs)
         )

@@ -1,11 +1,11 @@
-"""Disc cam: external (force-closed) or face groove (form-closed), any of the usual followers; or the profile of a
-conical roller, whose flank leans as the cone does."""
+"""Disc cam: external (force-closed) or face groove (form-closed), any of the usual followers; the flanks of a conical
+roller lean as the cone does."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import atan2, cos, degrees, hypot, inf, sqrt
+from math import cos, hypot, inf, sqrt
 from typing import ClassVar, Literal, final
 
 import numpy as np
@@ -14,7 +14,9 @@ from pydantic import Field
 from camgeom.cams import (
     NO_DRUM,
     NO_GAPS,
+    NO_LAYERS,
     NO_ROOT,
+    NORMAL_PLAY,
     ONE_WAY,
     REGULAR,
     Cam,
@@ -26,6 +28,7 @@ from camgeom.cams import (
     sense_of,
 )
 from camgeom.cams._plate import (
+    NO_PATHS,
     SLIDE,
     SQUARE,
     Arm,
@@ -33,9 +36,11 @@ from camgeom.cams._plate import (
     bore_of,
     bore_problems,
     bore_walls,
+    cone_problems,
     disc_wall,
     face_idle,
     least_distance,
+    least_wall,
     lift_range,
     plate_envelope,
     roller_track,
@@ -51,9 +56,9 @@ from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Wall
 from camgeom.solid.mechanism import Drive, Measure, Mechanism
-from camgeom.solid.prism import ConicalDisc, FaceGroove, GroovedPlate, Loop, Prism
+from camgeom.solid.prism import FaceGroove, GroovedPlate, Loop, Prism
 from camgeom.track import Joint, Meridian, Straight, Track, Vector
-from camgeom.track.follower import ConeRoller, Setup, SwingingFollower, TranslatingFollower
+from camgeom.track.follower import AnyRoller, ConeRoller, Setup, SwingingFollower, TranslatingFollower
 from camgeom.track.outline import CircleOutline, FaceOutline, FlatFace, Outline, RollerOutline
 from camgeom.track.sliding import Slider, SlidingEdge, SlidingFace
 from camgeom.track.touch import Touch
@@ -71,7 +76,8 @@ class Disc(Cam):
 
     kind: Literal["disc"]
     form: Literal["external", "groove"] = Field("external", description="external profile, or a face groove in a plate")
-    base_radius: Length = Field(description="mm, radius of the profile (groove: of its inner flank) at zero lift")
+    base_radius: Length = Field(description="mm, radius of the profile (groove: of its inner flank) at zero lift; of a "
+                               "cone's where the middle of its contact runs")
     width: Length = Field(description="mm, thickness of the disc or plate")
     center_distance: Length | None = Field(None, description="mm, swinging followers: cam axis to pivot")
     diameter: Length | None = Field(None, description="mm, groove form: outside diameter of the plate")
@@ -99,7 +105,7 @@ class Disc(Cam):
         follower = setup.follower
         assert isinstance(follower, TranslatingFollower | SwingingFollower)
         groove = self.form == "groove"
-        conical = isinstance(setup.roller, ConeRoller) and follower.face == "roller" and not groove
+        conical = isinstance(setup.roller, ConeRoller) and follower.face == "roller"
         return (ConicalDiscMechanism if conical else DiscMechanism)(
             follower=follower,
             roller=setup.roller,
@@ -116,10 +122,15 @@ class Disc(Cam):
             cam=self,
         )
 
-    def together(self, others: Sequence[Cam]) -> list[Problem]:
+    def together(self, others: Sequence[Cam], rollers: Sequence[AnyRoller | None]) -> list[Problem]:
         """A groove a face, and one profile as the rim; a plate with one track has it in its upper face."""
         from camgeom.cams._faces import contradictions
 
+        cones = [k for k, roller in enumerate(rollers) if isinstance(roller, ConeRoller)]
+        if others and cones:
+            key = f"track[{cones[0] - 1}].roller.shape" if cones[0] else "roller.shape"
+            limit = "cylinder or crowned, where a disc has several tracks; a cone has its disc alone"
+            return [problem(key, "cone", limit)]
         return contradictions([(cam.form, cam.face, cam.rim) for cam in (self, *others) if isinstance(cam, Disc)])
 
     def joined(self, mechanisms: Sequence[Mechanism]) -> tuple[tuple[Part, ...], tuple[Wall, ...]]:
@@ -133,6 +144,11 @@ class Disc(Cam):
         plate = plate_of(grooves, rim, self.width, discs[0].bore)
         return (plate,), plate.walls
 
+    @property
+    def inside(self) -> str:
+        """Name of the flank nearer to the cam axis."""
+        return "profile" if self.form == "external" else "inner flank"
+
     def idle(self, setup: Setup) -> dict[str, str]:
         """Keys of the other form, of other faces and of other followers."""
         follower = setup.follower
@@ -145,11 +161,10 @@ class Disc(Cam):
             keys = tuple(f"cam.{key}" for key in grooved)
             found |= idle("only form = 'groove' has one", *keys) | ONE_WAY | NO_ROOT
             found |= idle("what a spring or weight holds on its cam has no play", "limits.play_mm")
-            if isinstance(setup.roller, ConeRoller):
-                leans = "no tool paths are made of a flank that leans as a cone does: a CAM program takes the STEP file"
-                found |= idle(leans, "cutter")
         elif self.rim == "profile":
             found |= idle("the rim is the profile of another track", "cam.diameter")
+        if isinstance(setup.roller, ConeRoller):
+            found |= NO_PATHS | (NO_LAYERS | NORMAL_PLAY if self.form == "groove" else {})
         if not follower.rotating:
             found |= NO_GAPS if self.form == "external" else {}
             found |= SQUARE if follower.face == "flat" else {}
@@ -164,7 +179,7 @@ class Disc(Cam):
         if face == "roller" and roller is None:
             return [*found, Problem("roller", "face = 'roller' needs a roller", None, "a [roller] table")]
         if face == "roller" and isinstance(roller, ConeRoller):
-            found += self._cone_problems(roller)
+            found += self._cone_problems(mechanism, roller)
         elif face == "roller" and roller is not None and roller.shape not in ("cylinder", "crowned"):
             found.append(problem("roller.shape", roller.shape, "cylinder, cone or crowned on a disc cam"))
         found += straight_problems(setup.roller)
@@ -179,14 +194,13 @@ class Disc(Cam):
             found.append(problem("follower.offset", abs(follower.offset), f"below the prime radius {prime:g} mm"))
         return found
 
-    def _cone_problems(self, roller: ConeRoller) -> list[Problem]:
-        if self.form == "groove":
-            return [problem("roller.shape", "cone", "cylinder or crowned in a groove; a cone runs on a profile")]
-        least = degrees(atan2(roller.diameter, self.width))
-        if abs(roller.half_angle) < least:
+    def _cone_problems(self, mechanism: DiscMechanism, roller: ConeRoller) -> list[Problem]:
+        if self.form == "external":
+            return cone_problems(roller, (0.5 * self.width, 0.5 * self.width))
+        if self.groove_depth is None:
             return []
-        limit = f"less than {least:.6g} deg either way: beyond, the cone comes to its point beside the disc"
-        return [problem("roller.half_angle", roller.half_angle, limit)]
+        half = 0.5 * (mechanism.contact[1] - mechanism.contact[0])
+        return cone_problems(roller, (self.groove_depth - half, half))
 
     def _groove_problems(self, mechanism: DiscMechanism, setup: Setup) -> list[Problem]:
         if mechanism.follower.face != "roller":
@@ -208,7 +222,7 @@ class Disc(Cam):
     def groove_reach(self, mechanism: DiscMechanism) -> float:
         """Largest radius of the groove's outer flank, mm; 0 where the mechanism itself cannot be built."""
         follower, prime, top = mechanism.follower, mechanism.prime_radius, lift_range(mechanism.program)[1]
-        own = mechanism.touch_radius + self.running_clearance
+        own = mechanism.widest
         if isinstance(follower, TranslatingFollower):
             low = sqrt(max(prime**2 - follower.offset**2, 0.0))
             return hypot(low + top, follower.offset) + own
@@ -247,6 +261,11 @@ class DiscMechanism(Mechanism):
         if self.follower.face == "roller":
             return 0.5 * self.roller.diameter if self.roller else 0.0
         return (self.follower.face_radius or 0.0) if self.follower.face == "curved" else 0.0
+
+    @property
+    def widest(self) -> float:
+        """Largest distance of a flank of the groove from the path of the roller's middle, mm."""
+        return self.touch_radius + self.running_clearance
 
     @property
     def prime_radius(self) -> float:
@@ -291,22 +310,31 @@ class DiscMechanism(Mechanism):
         depth = self.cam.groove_depth or 0.0
         return depth if self.cam.face == "lower" else self.cam.width - depth
 
+    @property
+    def _mouth(self) -> float:
+        """Height of the face that a groove is cut in."""
+        return 0.0 if self.cam.face == "lower" else self.cam.width
+
     @cached_property
     def pitch(self) -> Track:
         """The motion of the roller (or of the centre of a curved face, or of a knife edge)."""
         anchor, joint = self._mount
         groove = self.cam.form == "groove"
         sides = (1.0, -1.0) if groove else (-self.sense,)
-        name, below = "groove" if groove else "profile", groove and self.cam.face == "lower"
+        name, below = "groove" if groove else "profile", self._below
         return roller_track(
             name, self.program, self.sense, anchor, joint, self._meridian, self.contact, tip_high=below, sides=sides
         )
 
     @property
+    def _below(self) -> bool:
+        """True of a groove in the lower face, into which the roller reaches up."""
+        return self.cam.form == "groove" and self.cam.face == "lower"
+
+    @property
     def _meridian(self) -> Meridian:
         if self.roller is not None and self.follower.face == "roller":
-            low, high = self.contact
-            return self.roller.meridian(0.5 * (low + high), -1.0)
+            return self.roller.meridian(self.quoted_radius, 1.0 if self._below else -1.0)
         return Straight(max(self.touch_radius, 1e-9), 0.0)
 
     @cached_property
@@ -371,10 +399,15 @@ class DiscMechanism(Mechanism):
         return found
 
     @cached_property
+    def flanks(self) -> tuple[Loop, Loop]:
+        """The profile or inner flank, and a groove's outer flank."""
+        return Loop(self.profile, "flank"), Loop(self.outlines.get("outer flank", self.profile), "flank")
+
+    @cached_property
     def envelope(self) -> tuple[float, float]:
         """Of the profile, or of the plate that has a face groove."""
         cam = self.cam
-        return (cam.diameter, cam.width) if cam.diameter else plate_envelope([self.profile], cam.width)
+        return (cam.diameter, cam.width) if cam.diameter else plate_envelope(self.flanks[0].ends, cam.width)
 
     @cached_property
     def touches(self) -> tuple[Touch, ...]:
@@ -383,21 +416,22 @@ class DiscMechanism(Mechanism):
         low, high = self.contact
         joint = self._arm(follower).joint if isinstance(follower, SwingingFollower) else SLIDE
         radius = inf if face == "flat" else self.touch_radius
-        inner = Touch("profile", self.profile, joint, self.sense, 1.0, radius, high - low, kind=face)
+        inner = Touch(self.cam.inside, self.profile, joint, self.sense, 1.0, radius, high - low, kind=face)
         if self.cam.form == "external":
             return (inner,)
         outer = self.outlines["outer flank"]
         return (
-            replace(inner, name="inner flank"),
+            inner,
             Touch("outer flank", outer, joint, self.sense, -1.0, radius, high - low, material=-1.0),
         )
 
     @cached_property
     def walls(self) -> tuple[Wall, ...]:
         """The disc and its profile to the bore; of a face groove the outer flank to the rim, the web below."""
-        cam = self.cam
+        cam, (inner, outer) = self.cam, self.flanks
+        to_bore = least_wall(inner, lambda outline: bore_walls(cam.inside, outline, self.bore))
         if cam.form == "external":
-            return (disc_wall("cam", cam.width), *bore_walls("profile", self.profile, self.bore))
+            return (disc_wall("cam", cam.width), *to_bore)
         if self.face_groove is None or cam.diameter is None or cam.groove_depth is None:
             return ()
         rim = 0.5 * cam.diameter
@@ -405,17 +439,17 @@ class DiscMechanism(Mechanism):
         def to_rim(x: Floats) -> Floats:
             return np.asarray(rim - np.hypot(x[0], x[1]))
 
-        thickness, angle = least_distance(self.outlines["outer flank"], to_rim)
+        thickness, angle = min(least_distance(outline, to_rim) for outline in outer.ends)
         floor = Wall("under the groove floor", cam.width - cam.groove_depth, None, "a wider plate, a shallower groove")
         outside = Wall("outer flank to rim", thickness, angle, "a larger diameter of the plate")
-        return (*bore_walls("inner flank", self.profile, self.bore), outside, floor)
+        return (*to_bore, outside, floor)
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:
         """The disc, or the plate with its face groove."""
         cam = self.cam
         if cam.form == "external":
-            return (Prism("cam", Loop(self.profile, "flank"), 0.0, cam.width, (), self.bore),)
+            return (Prism("cam", self.flanks[0], 0.0, cam.width, (), self.bore),)
         if self.face_groove is None or cam.diameter is None:
             raise DesignError("rim = 'profile' needs the track of form = 'external' that makes it")
         rim = Loop(CircleOutline(0.5 * cam.diameter), "rim")
@@ -432,29 +466,44 @@ class DiscMechanism(Mechanism):
         """The groove in a face; None of an external profile."""
         if self.cam.form == "external":
             return None
-        flanks = Loop(self.profile, "flank"), Loop(self.outlines["outer flank"], "flank")
-        return FaceGroove(*flanks, self._floor, 0.0 if self.cam.face == "lower" else self.cam.width, self.root_radius)
+        return FaceGroove(*self.flanks, self._floor, self._mouth, self.root_radius)
 
 
 @final
 @immutable(kw_only=True)
 class ConicalDiscMechanism(DiscMechanism):
-    """A disc of which each height has the profile of the cone's radius there; the roller's free end is below."""
+    """A disc whose flanks are, at each height, those of the cone's radius there; the roller's free end is below, or at
+    the floor of its groove."""
 
-    def radius(self, z: float) -> float:
-        """Radius of the cone at a height, mm."""
-        return float(self._meridian.jet(np.array([z]))[3][0])
+    @property
+    def _span(self) -> tuple[float, float]:
+        """Heights between which its flanks stand, mm."""
+        low, high = sorted((self._floor, self._mouth))
+        return (0.0, self.width) if self.cam.form == "external" else (low, high)
+
+    @cached_property
+    def _radii(self) -> tuple[float, float]:
+        """Of the tool at both, mm."""
+        tool = self._meridian.grown(self.running_clearance)
+        low, high = (float(r) for r in tool.jet(np.array(self._span))[3])
+        return low, high
+
+    @property
+    def widest(self) -> float:
+        """Largest distance of a flank of the groove from the path of the roller's middle, mm."""
+        return max(self._radii)
+
+    @cached_property
+    def flanks(self) -> tuple[Loop, Loop]:
+        """The profile or inner flank, and a groove's outer flank."""
+        inner, outer = ([RollerOutline(self.pitch, way * r) for r in self._radii] for way in (-1.0, 1.0))
+        return Loop(inner[0], "flank", inner[1]), Loop(outer[0], "flank", outer[1])
 
     @cached_property
     def outlines(self) -> dict[str, Outline]:
-        """The profile at both ends of the disc, and the pitch curve."""
+        """The flanks at both of their ends, and the pitch curve."""
         ends = {touch.name: touch.outline for touch in self.profiles}
         return ends | {"pitch curve": RollerOutline(self.pitch, 0.0)}
-
-    @cached_property
-    def _ends(self) -> tuple[RollerOutline, RollerOutline]:
-        low, high = (RollerOutline(self.pitch, -self.radius(z)) for z in (0.0, self.width))
-        return low, high
 
     @property
     def touches(self) -> tuple[Touch, ...]:
@@ -465,39 +514,30 @@ class ConicalDiscMechanism(DiscMechanism):
     def profiles(self) -> tuple[Touch, ...]:
         """Those of both ends."""
         joint = self._arm(self.follower).joint if isinstance(self.follower, SwingingFollower) else SLIDE
+        low, high = self._span
+        names = (self.cam.inside, 1.0), ("outer flank", -1.0)
         return tuple(
-            Touch(f"profile at z = {z:g} mm", outline, joint, self.sense, 1.0, self.radius(z), self.width)
-            for z, outline in zip((0.0, self.width), self._ends)
+            Touch(f"{name} at z = {z:g} mm", outline, joint, self.sense, way, r, high - low, material=way)
+            for (name, way), flank in zip(names if self.cam.form == "groove" else names[:1], self.flanks)
+            for z, r, outline in zip(self._span, self._radii, flank.ends)
         )
 
     @cached_property
     def cutters(self) -> tuple[Track, ...]:
-        """The track with a tool as long as the disc is wide, which the roller may leave bare on either side."""
-        return tuple(replace(track, tip=0.0, contact=(0.0, self.width)) for track in self.tracks)
+        """The track with a tool as long as its flanks, of which the roller may leave some bare."""
+        tip = self._floor if self.cam.form == "groove" else 0.0
+        grown = (track.grown(self.running_clearance) for track in self.tracks)
+        return tuple(replace(track, tip=tip, contact=self._span) for track in grown)
 
     @property
     def passages(self) -> tuple[Track, ...]:
-        """The roller as wide as the disc."""
-        return self.cutters
+        """The roller as long as its flanks; its end is as far from a floor as its side from the flanks, or nearer."""
+        off, (low, high) = min(self.floor_gap or 0.0, self.running_clearance), self._span
+        ends = (low, high - off) if self._below else (low + off, high)
+        tip = ends[1] if self._below else ends[0]
+        return tuple(replace(track, tip=tip, contact=ends) for track in self.tracks)
 
     def within(self, x: Floats) -> Floats:
-        """How far contact points (3, ...) lie between the faces of the disc, mm."""
-        return np.asarray(np.minimum(x[2], self.width - x[2]) + 1e-9)
-
-    @cached_property
-    def envelope(self) -> tuple[float, float]:
-        """Of the larger end."""
-        return plate_envelope(self._ends, self.width)
-
-    @cached_property
-    def walls(self) -> tuple[Wall, ...]:
-        """The disc, and the profile to the bore where the disc is smallest."""
-        smallest = min(self._ends, key=lambda outline: outline.distance)
-        return (disc_wall("cam", self.width), *bore_walls("profile", smallest, self.bore))
-
-    @cached_property
-    def parts(self) -> tuple[Part, ...]:
-        """The disc with its leaning flank."""
-        (track,) = self.cutters
-        return (ConicalDisc("cam", track, self._ends, 0.0, self.width, self.bore),)
-
+        """How far contact points (3, ...) lie between the ends of the flanks, mm."""
+        low, high = self._span
+        return np.asarray(np.minimum(x[2] - low, high - x[2]) + 1e-9)

@@ -112,7 +112,7 @@ def constant_width(model: Model) -> Iterable[Finding]:
         yield judged("width", abs(residual.value), "<=", WIDTH_SLACK, "mm", advice, cam_angle=residual.cam_angle)
 
 
-@check("pair", "planar")
+@check("pair", "profiles")
 def pair(model: Model) -> Iterable[Finding]:
     """Least gap at the return roller of a pair while the main one rests; negative where the pair jams."""
     residual = model.pair

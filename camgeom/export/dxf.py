@@ -251,8 +251,9 @@ class PlaneView:
 def plane_views(model: Model, cutter_radius: float | None = None) -> tuple[PlaneView, ...]:
     """The flat views of a cam of any kind; cutter_radius (mm) asks for the paths of a round tool's centre."""
     views: list[PlaneView] = []
-    if model.planar is not None:
-        views += [_outlines(one, one.mechanism.outlines, cutter_radius) for one in model.grooves]
+    if model.profiles is not None:
+        radius = cutter_radius if model.planar is not None else None
+        views += [_outlines(one, one.mechanism.outlines, radius) for one in model.grooves]
     elif model.mechanism.outlines:
         # Plates have corners, where a tool's path is not the parallel curve.
         views.append(_outlines(model, model.mechanism.outlines, None))

@@ -512,7 +512,7 @@ class Model(Sealed):
 
         None too where the motion's velocity jumps: the discs then have gaps, and no solid.
         """
-        if self.planar is None or not self.planar.form_closed or len(self.tracks) != 2:
+        if self.profiles is None or not self.profiles.form_closed or len(self.tracks) != 2:
             return None
         if self.setup.program.continuity.order < 1:
             return None

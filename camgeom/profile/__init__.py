@@ -381,7 +381,9 @@ def from_data(
 
         profile = profile.model_copy(update={"track": tracks_of(profile, data["track"], _of_one_track)})
         profile._stated = data
-    if found := profile.cam.together([track.whole.cam for track in profile.tracks]) or idle_way(profile):
+    others = [track.whole for track in profile.tracks]
+    rollers = [one.roller for one in (profile, *others)]
+    if found := profile.cam.together([one.cam for one in others], rollers) or idle_way(profile):
         raise ProfileError(found, file)
     return profile
 

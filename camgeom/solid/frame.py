@@ -211,7 +211,7 @@ class FramePlate(QuickPart):
         window = raised(builder, polygon, names, low, high, True, ("corner", error))
         corners = [builder.add(np.column_stack([self.outside, np.full(4, z)])) for z in (low, high)]
         for ring, hole, up in ((corners[0], window.low, False), (corners[1], window.high, True)):
-            cap(builder, [ring, hole], [self.outside, window.plane], "end", up)
+            cap(builder, [ring, hole], [self.outside, window.above], "end", up)
         for a, b in ((0, 1), (2, 3)):
             (i, j), (k, m) = corners[0][[a, b]], corners[1][[a, b]]
             builder.faces(np.array([[i, j, m], [i, m, k]]), "outside")

@@ -26,9 +26,9 @@ class PocketPlate(QuickPart):
         builder = Builder()
         rim = wall(builder, self.rim, 0.0, self.top, tolerance, False, free)
         pocket = wall(builder, self.pocket, self.floor, self.top, tolerance, True, free)
-        cap(builder, [rim.high, pocket.high], [rim.plane, pocket.plane], "end", up=True)
-        cap(builder, [pocket.low[::-1]], [pocket.foot[::-1]], "floor", up=True)
-        cap(builder, [rim.low], [rim.plane], "end", up=False)
+        cap(builder, [rim.high, pocket.high], [rim.above, pocket.above], "end", up=True)
+        cap(builder, [pocket.low[::-1]], [pocket.below[::-1]], "floor", up=True)
+        cap(builder, [rim.low], [rim.below], "end", up=False)
         error, free_error = stated([*rim.errors, *pocket.errors], free)
         return Solid(self.name, builder.mesh(), error, "direct", 0, free_error)
 
@@ -46,8 +46,8 @@ class EdgePlate(QuickPart):
         builder, grid = Builder(), outline_grid(self.outline, tolerance)
         names = named(0.5 * (grid.phi[:-1] + grid.phi[1:]))
         side = raised(builder, grid.points[:2, :-1, 0].T, names, 0.0, self.top, False, (TOUCHED, grid.chord_error))
-        cap(builder, [side.high], [side.plane], "end", up=True)
-        cap(builder, [side.low], [side.plane], "end", up=False)
+        cap(builder, [side.high], [side.above], "end", up=True)
+        cap(builder, [side.low], [side.below], "end", up=False)
         error, free_error = stated([*side.errors], free)
         return Solid(self.name, builder.mesh(), error, "direct", 0, free_error)
 

@@ -23,9 +23,7 @@ from camgeom.solid.builder import (
     polygon_area,
     wrapped_faces,
 )
-from camgeom.track import Track
-from camgeom.track.outline import Outline, crossing
-from camgeom.track.section import Column
+from camgeom.track.outline import Outline
 
 if TYPE_CHECKING:
     from camgeom.maths.sampling import Grid
@@ -40,10 +38,27 @@ NEARER = 0.999
 
 @immutable
 class Loop:
-    """One closed boundary of a prism: an outline and the name of the faces it makes."""
+    """One closed boundary of a body between two planes: an outline and the name of the faces it makes.
+
+    upper  of a wall that leans, as a conical roller's does: the outline at the upper plane over the same cam angles,
+           between which it is straight; None: the same as below
+    """
 
     outline: Outline
     name: str
+    upper: Outline | None = None
+
+    @property
+    def ends(self) -> tuple[Outline, ...]:
+        """Its outlines from below up, each once."""
+        return (self.outline,) if self.upper is None else (self.outline, self.upper)
+
+    def flat(self, phi: Floats, share: Floats) -> Floats:
+        """Points (2, n, k) seen along the axis at shares (k,) of the way up."""
+        low = self.outline.curve(phi).points[:, :, None]
+        if self.upper is None:
+            return np.broadcast_to(low, (*low.shape[:2], len(share)))
+        return np.asarray(low + (self.upper.curve(phi).points[:, :, None] - low) * share)
 
 
 @immutable
@@ -57,6 +72,11 @@ class Prism(QuickPart):
     holes: tuple[Loop, ...] = ()
     bore: Bore | None = None
 
+    @property
+    def leans(self) -> bool:
+        """True where its flank is another curve at every height."""
+        return self.outer.upper is not None
+
     def solid(self, tolerance: float, free: float | None = None) -> Solid:
         """Mesh within the tolerance. Raises DesignError where the outline crosses itself or a hole."""
         builder = Builder()
@@ -64,61 +84,12 @@ class Prism(QuickPart):
         walls += [wall(builder, hole, self.z0, self.z1, tolerance, True, free) for hole in self.holes]
         if self.bore is not None:
             walls.append(bore_wall(builder, self.bore, self.z0, self.z1, free or tolerance))
-        triangles = bounded([w.plane for w in walls])
-        builder.faces(np.concatenate([w.high for w in walls])[triangles], "end")
-        builder.faces(np.concatenate([w.low for w in walls])[triangles][:, ::-1], "end")
+        above = bounded([w.above for w in walls])
+        below = bounded([w.below for w in walls]) if self.leans else above
+        builder.faces(np.concatenate([w.high for w in walls])[above], "end")
+        builder.faces(np.concatenate([w.low for w in walls])[below][:, ::-1], "end")
         error, free_error = stated([pair for w in walls for pair in w.errors], free)
         return Solid(self.name, builder.mesh(), error, "direct", len(walls) - 1, free_error)
-
-
-@immutable
-class ConicalDisc(QuickPart):
-    """A disc between z0 and z1 whose flank a conical roller envelops: straight from the profile of one end to that of
-    the other at every cam angle.
-
-    ends  the profiles at z0 and z1
-    """
-
-    name: str
-    track: Track
-    ends: tuple[Outline, Outline]
-    z0: float
-    z1: float
-    bore: Bore | None = None
-
-    def flank(self, column: Column, share: Floats) -> Floats:
-        """Points (3, n, k) of the flank at shares (k,) of the way from z0 to z1: the cone stands along Z, so that its
-        parameter is z."""
-        (side,) = self.track.sides
-        return column.wall(side, self.z0 + (self.z1 - self.z0) * share)
-
-    def solid(self, tolerance: float, free: float | None = None) -> Solid:
-        """Mesh within the tolerance. Raises DesignError where a profile crosses itself or the bore."""
-        from camgeom.maths.sampling import sample
-
-        for z, outline in zip((self.z0, self.z1), self.ends):
-            if (found := crossing(outline)) is not None:
-                at = np.degrees(found.first)
-                raise DesignError(f"the profile at z = {z:g} mm crosses itself at cam angle {at:.6g} deg")
-
-        def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
-            return self.flank(Column(self.track, phi), np.arange(counts[0] + 1) / counts[0])
-
-        grid = sample(rows, self.track.knots(), tolerance, (4000,), eased((TOUCHED,), tolerance, free))
-        builder, flat = Builder(), grid.points[:, :-1]
-        index = add_grid(builder, flat, grid.counts, (TOUCHED,), tolerance)
-        turned = polygon_area(flat[:2, :, 0].T) < 0.0
-        builder.faces(wrapped_faces(index, grid.rising, inward=turned).reshape(-1, 3), TOUCHED)
-        way = -1 if turned else 1
-        errors, hole = [(TOUCHED, grid.chord_error)], []
-        if self.bore is not None:
-            hole = [bore_wall(builder, self.bore, self.z0, self.z1, free or tolerance)]
-            errors += hole[0].errors
-        for k, up in ((0, False), (-1, True)):
-            rings = [index[::way, k], *((w.high if up else w.low) for w in hole)]
-            cap(builder, rings, [flat[:2, ::way, k].T, *(w.plane for w in hole)], "end", up)
-        error, free_error = stated(errors, free)
-        return Solid(self.name, builder.mesh(), error, "direct", len(hole), free_error)
 
 
 @immutable
@@ -162,21 +133,12 @@ class FaceGroove:
 
     def flank(self, builder: Builder, loop: Loop, tolerance: float, free: float | None) -> LoopWall:
         """Add one flank with its root: its upper ring is at the mouth, its lower one at the floor."""
-        inside = loop is self.outer
-        if not self.root:
-            low, high = sorted((self.floor, self.top))
-            made = wall(builder, loop, low, high, tolerance, inside, free)
-            return made if self.way > 0.0 else replace(made, low=made.high, high=made.low)
-        grid, names = self.rounded(loop, tolerance, free), ("root", loop.name)
-        index = add_grid(builder, grid.points[:, :-1], grid.counts, names, tolerance)
-        top, foot = grid.points[:2, :-1, -1].T, grid.points[:2, :-1, 0].T
-        turned = (polygon_area(top) < 0.0) != inside
-        faces = wrapped_faces(index, grid.rising, inward=turned == (self.way > 0.0))
-        for band, name in enumerate(names):
-            builder.faces(faces[band_cells(grid.counts, band)].reshape(-1, 3), name)
-        way = -1 if turned else 1
-        errors = ((loop.name, grid.chord_error), ("root", grid.free_error or 0.0))
-        return LoopWall(top[::way], index[::way, 0], index[::way, -1], errors, foot[::way])
+        inside, up = loop is self.outer, self.way > 0.0
+        if self.root:
+            return gridded(builder, self.rounded(loop, tolerance, free), ("root", loop.name), tolerance, inside, up)
+        low, high = sorted((self.floor, self.top))
+        made = wall(builder, loop, low, high, tolerance, inside, free)
+        return made if up else LoopWall(made.above, made.below, made.high, made.low, made.errors)
 
     def rounded(self, loop: Loop, tolerance: float, free: float | None = None) -> Grid:
         """A root from the floor and the flank beyond it as one grid within the tolerance."""
@@ -207,6 +169,11 @@ class GroovedPlate(QuickPart):
     bore: Bore | None = None
     walls: tuple[Wall, ...] = ()
 
+    @property
+    def leans(self) -> bool:
+        """True where a flank of a groove is another curve at every height."""
+        return any(groove.inner.upper is not None for groove in self.grooves)
+
     def refuse_open(self) -> None:
         """Raise DesignError where a groove runs into the other one, out of the rim or through the plate."""
         for place in self.walls:
@@ -224,39 +191,56 @@ class GroovedPlate(QuickPart):
             up = groove.way > 0.0
             outer, inner = (groove.flank(builder, loop, tolerance, free) for loop in (groove.outer, groove.inner))
             side = [w.high if up else w.low for w in (rim, *hole)]
-            cap(builder, [side[0], outer.high], [rim.plane, outer.plane], "end", up)
-            cap(builder, [inner.high, *side[1:]], [inner.plane, *(w.plane for w in hole)], "end", up)
+            cap(builder, [side[0], outer.high], [rim.above, outer.above], "end", up)
+            cap(builder, [inner.high, *side[1:]], [inner.above, *(w.above for w in hole)], "end", up)
             # The floor lies between the flanks' feet: its outer boundary is the outer flank, its hole the inner one.
-            feet = [outer.low[::-1], inner.low[::-1]]
-            cap(builder, feet, [outer.foot[::-1], inner.foot[::-1]], "floor", up)
+            cap(builder, [outer.low[::-1], inner.low[::-1]], [outer.below[::-1], inner.below[::-1]], "floor", up)
             walls += [outer, inner]
             open_faces.discard(groove.way)
         for way in open_faces:
             rings = [w.high if way > 0.0 else w.low for w in (rim, *hole)]
-            cap(builder, rings, [w.plane for w in (rim, *hole)], "end", way > 0.0)
+            cap(builder, rings, [w.above for w in (rim, *hole)], "end", way > 0.0)
         error, free_error = stated([pair for w in walls for pair in w.errors], free)
         return Solid(self.name, builder.mesh(), error, "direct", len(hole), free_error)
 
 
 @immutable
 class LoopWall:
-    """A wall over a closed polygon: its plane points (n, 2), counter-clockwise (clockwise round a hole), its lower and
-    upper ring of vertices, the chord errors of its named faces, mm, and the plane points of its lower ring."""
+    """A wall over a closed polygon: plane points (n, 2) of its lower and upper ring, counter-clockwise (clockwise round
+    a hole), their vertices, and the chord errors of its named faces, mm."""
 
-    plane: Floats
+    below: Floats
+    above: Floats
     low: Index
     high: Index
     errors: tuple[tuple[str, float], ...]
-    foot: Floats
 
 
 def wall(
     builder: Builder, loop: Loop, z0: float, z1: float, tolerance: float, inside: bool, free: float | None = None
 ) -> LoopWall:
     """Add the wall of an outline between two heights; `inside` for the wall of a hole."""
-    grid = outline_grid(loop.outline, tolerance if loop.name == TOUCHED else free or tolerance)
+    limit = tolerance if loop.name == TOUCHED else free or tolerance
+    if loop.upper is not None:
+        return gridded(builder, loop_grid(loop, limit, z0, z1), (loop.name,), tolerance, inside)
+    grid = outline_grid(loop.outline, limit)
     plane = grid.points[:2, :-1, 0].T
     return raised(builder, plane, [loop.name] * len(plane), z0, z1, inside, (loop.name, grid.chord_error))
+
+
+def gridded(
+    builder: Builder, grid: Grid, names: tuple[str, ...], tolerance: float, inside: bool, up: bool = True
+) -> LoopWall:
+    """Add a wall as a grid of bands by name from its lower ring, or its upper one where not `up`, to the other."""
+    index = add_grid(builder, grid.points[:, :-1], grid.counts, names, tolerance)
+    far, near = grid.points[:2, :-1, -1].T, grid.points[:2, :-1, 0].T
+    turned = (polygon_area(far) < 0.0) != inside
+    faces = wrapped_faces(index, grid.rising, inward=turned == up)
+    for band, name in enumerate(names):
+        builder.faces(faces[band_cells(grid.counts, band)].reshape(-1, 3), name)
+    way = -1 if turned else 1
+    errors = [(names[-1], grid.chord_error), *((name, grid.free_error or 0.0) for name in names[:-1])]
+    return LoopWall(near[::way], far[::way], index[::way, 0], index[::way, -1], tuple(errors))
 
 
 def bore_wall(builder: Builder, bore: Bore, z0: float, z1: float, tolerance: float) -> LoopWall:
@@ -277,31 +261,38 @@ def raised(
         mask = np.array([n == name for n in names])
         builder.faces(np.stack([low, low2, high2], axis=1)[mask], name)
         builder.faces(np.stack([low, high2, high], axis=1)[mask], name)
-    return LoopWall(plane, low, high, (error,), plane)
+    return LoopWall(plane, plane, low, high, (error,))
 
 
 def outline_grid(outline: Outline, tolerance: float) -> Grid:
-    """The outline sampled so that every chord is within tolerance: a grid of one band over a unit height.
+    """The outline sampled so that every chord is within tolerance: a grid of one band over a unit height."""
+    return loop_grid(Loop(outline, ""), tolerance, 0.0, 1.0)
 
-    Its chord error is the largest distance of the outline from a chord, found along the chord, not half way alone.
+
+def loop_grid(loop: Loop, tolerance: float, z0: float, z1: float) -> Grid:
+    """A wall between two heights sampled so that every chord is within tolerance: a grid of one band.
+
+    Its chord error is the largest distance of its outlines from a chord, found along the chord, not half way alone. A
+    flank that leans is nearer to its facets than that, but what lies in the corner of a flat end is not.
     """
-
-    def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
-        points = outline.curve(phi).points
-        height = np.linspace(0.0, 1.0, counts[0] + 1)
-        n = points.shape[1]
-        flat = np.broadcast_to(points[:, :, None], (2, n, len(height)))
-        return np.concatenate([flat, np.broadcast_to(height, (1, n, len(height)))])
-
     from camgeom.maths.sampling import sample
 
-    grid = sample(rows, outline.knots(), tolerance, (1,))
-    largest = _largest_sag(outline, grid.phi, grid.points[:2, :, 0])
+    def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
+        share = np.linspace(0.0, 1.0, counts[0] + 1)
+        flat = loop.flat(phi, share)
+        return np.concatenate([flat, np.broadcast_to(z0 + (z1 - z0) * share, (1, *flat.shape[1:]))])
+
+    def sag(grid: Grid) -> float:
+        ends = zip(loop.ends, (0, -1))
+        return max(_largest_sag(outline, grid.phi, grid.points[:2, :, k]) for outline, k in ends)
+
+    grid = sample(rows, loop.outline.knots(), tolerance, (1,))
+    largest = sag(grid)
     if largest > tolerance:
         # Half way the sag falls short of the largest by as much again.
-        grid = sample(rows, outline.knots(), tolerance * grid.chord_error / largest * NEARER, (1,))
-        largest = _largest_sag(outline, grid.phi, grid.points[:2, :, 0])
-    return replace(grid, chord_error=largest)
+        grid = sample(rows, loop.outline.knots(), tolerance * grid.chord_error / largest * NEARER, (1,))
+        largest = sag(grid)
+    return replace(grid, chord_error=largest if loop.upper is None else max(largest, grid.chord_error))
 
 
 def _largest_sag(outline: Outline, phi: Floats, points: Floats) -> float:

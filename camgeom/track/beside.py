@@ -22,15 +22,14 @@ BLOCK = 256
 class Neighbour:
     """A roller and a disc that it passes without touching; heights z in mm.
 
-    track    the roller's, axis parallel to the cam's; roller: z of its two ends; radius: mm, its largest
-    outline  of the disc; disc: z of its two faces
+    track     the roller's, axis parallel to the cam's; roller: z of its two ends; disc: z of the disc's two faces
+    sections  radius of the roller, mm, and outline of the disc, at every height at which they may be nearest
     """
 
     name: str
     track: Track
     roller: tuple[float, float]
-    radius: float
-    outline: Outline
+    sections: tuple[tuple[float, Outline], ...]
     disc: tuple[float, float]
 
     @property
@@ -45,7 +44,8 @@ class Neighbour:
         """
         if self.along > wanted:
             return Extreme(self.along, 0.0, where="along the axis")
-        across = least_across(self.track, self.outline, self.radius)
+        each = (least_across(self.track, outline, radius) for radius, outline in self.sections)
+        across = min(each, key=lambda one: one.value)
         if across.value >= self.along:
             return across
         return Extreme(self.along, across.cam_angle, where="along the axis")

@@ -10,7 +10,7 @@ method, the return one the foot point of the roller's centre on its pitch curve;
 
 from __future__ import annotations
 
-from math import radians
+from math import radians, sqrt
 from typing import final
 
 import numpy as np
@@ -19,7 +19,7 @@ import numpy.typing as npt
 from camgeom.errors import NotConverged
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
-from camgeom.track import Slide, Swing, Track
+from camgeom.track import Slide, Straight, Swing, Track
 
 Complexes = npt.NDArray[np.complex128]
 
@@ -84,6 +84,9 @@ def pair_residual(main: Track, back: Track, phi: Floats, errors: PairErrors | No
     q, _ = _rest(main, one, phi, given.main_roller)
     turn = np.exp(-1j * main.sense * phi)
     gap = _stand_off(back, turn * two.centre(q), phi) - given.return_roller
+    if isinstance(back.meridian, Straight):
+        # Beside a disc that leans the common normal does too.
+        gap /= sqrt(1.0 + back.meridian.slope**2)
     return PairResidual(phi, gap, q)
 
 

@@ -19,7 +19,7 @@ KINDS = (
 )  # fmt: skip
 """the kind of a seed is KINDS[seed % 20]; those that cost most come less often"""
 LATER, KINDS_LATER = 100_000, ("end-face", "unequal-pair", "stations", "grooves", "linear", "faces",
-                              "linear-edge", "disc-cone", "conical", "bell")  # fmt: skip
+                              "linear-edge", "disc-cone", "conical", "bell", "groove-cone", "pair-cone")  # fmt: skip
 """kinds that came when the seeds below had been judged already: those of seeds from LATER on, EACH of one after another
 """
 EACH = 10_000
@@ -98,6 +98,8 @@ def design(seed: int) -> dict[str, Any]:
         "linear-edge": _linear_edge,
         "conical": _conical,
         "disc-cone": _disc_cone,
+        "groove-cone": _groove_cone,
+        "pair-cone": _pair_cone,
         "parallel-index": _plates,
     }[kind](dice)
     data["name"] = f"seed {seed}"
@@ -282,10 +284,41 @@ def _disc_cone(dice: Dice) -> dict[str, Any]:
     else:
         follower, cam["center_distance"], stroke = _swing(dice, base + radius, min(stroke, 0.7 * base))
     data: dict[str, Any] = {"cam": cam, "follower": follower, "motion": _round_trip(dice, stroke)}
-    most = float(np.degrees(np.arctan2(2.0 * radius, cam["width"])))
-    data["roller"] = {"shape": "cone", "diameter": 2.0 * radius, "length": cam["width"] * dice.between(0.3, 1.0)}
-    data["roller"]["half_angle"] = dice.one(-1.0, 1.0) * min(most, 79.0) * dice.log(0.01, 0.95)
+    data["roller"] = _cone(dice, 2.0 * radius, cam["width"])
     _bored(dice, cam, base)
+    return data
+
+
+def _cone(dice: Dice, diameter: float, width: float) -> dict[str, Any]:
+    """A conical roller of a disc, which may come near to its point at one of its faces."""
+    most = float(np.degrees(np.arctan2(diameter, width)))
+    found = {"shape": "cone", "diameter": diameter, "length": width * dice.between(0.3, 1.0)}
+    return found | {"half_angle": dice.one(-1.0, 1.0) * min(most, 79.0) * dice.log(0.01, 0.95)}
+
+
+def _groove_cone(dice: Dice) -> dict[str, Any]:
+    """The groove of a conical roller, which may come near to its point at the floor or at the mouth."""
+    data = _disc_groove(dice)
+    cam, size, depth = data["cam"], data["roller"]["diameter"], data["cam"]["groove_depth"]
+    length, way = depth * dice.between(0.3, 1.0), dice.one(-1.0, 1.0)
+    # Its middle is half of its length below the mouth; at times it is as thick there as the plate has room for.
+    most = float(np.degrees(np.arctan2(0.5 * size, depth - 0.5 * length if way > 0.0 else 0.5 * length)))
+    angle = way * min(most, 79.0) * dice.log(0.01, 0.95)
+    wider = length if way > 0.0 else 2.0 * depth - length
+    cam["diameter"] += wider * float(np.tan(np.radians(abs(angle)))) * dice.between(1.0, 1.5)
+    return data | {"roller": {"shape": "cone", "diameter": size, "length": length, "half_angle": angle}}
+
+
+def _pair_cone(dice: Dice) -> dict[str, Any]:
+    """A pair of which one roller is a cone, or both are, alike or not."""
+    data = _conjugate(dice)
+    size, width = data["roller"]["diameter"], data["cam"]["width"]
+    which = dice.one("both", "unequal", "main", "return")
+    if which in ("both", "unequal", "main"):
+        data["roller"] = _cone(dice, size, width)
+    if which != "both":
+        second = size * dice.log(0.5, 2.0)
+        data["return_roller"] = _flat_roller(dice, second, width) if which == "main" else _cone(dice, second, width)
     return data
 
 

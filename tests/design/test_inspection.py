@@ -23,7 +23,7 @@ from tests.oracle.envelope import roller_distance, swept_distance
 from tests.places import PROFILES
 
 ROLLED = ["pin_insertion", "steep_shuttle", "feeder_runout", "tool_changer", "two_start", "barrel_indexer",
-          "bell_lifter"]  # fmt: skip
+          "bell_lifter", "conical_groove", "conical_pair"]  # fmt: skip
 PLANAR = ["disc_offset_roller", "disc_face_groove", "disc_flat_face", "conjugate_rocker", "constant_width_press"]
 
 

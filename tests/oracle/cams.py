@@ -83,7 +83,7 @@ def judges_of(data, lift, low, high, ends, others=()):
     if corner := data.get("cutter", {}).get("corner_radius"):
         cam = {**cam, "root_radius": corner}
     if second := data.get("return_roller"):
-        cam = {**cam, "return_diameter": second["diameter"]}
+        cam = {**cam, "return_roller": second}
     judges = JUDGES[cam["kind"]](cam, data["follower"], data.get("roller"), lift, low, high)
     for (own, follower, roller), more in zip(_further(cam, data), others, strict=True):
         judges += JUDGES[cam["kind"]](own, follower, roller, *more)
@@ -230,18 +230,24 @@ def _disc(cam, follower, roller, lift, low, high):
     if face == "flat":
         return [Judge(_flat(cam, follower, lift, sense), _planes(cam, 0.0, width), genus=_genus(cam))]
     place = _place(cam, follower, radius, lift)
-    if face == "roller" and (roller or {}).get("shape") == "cone":
-        lean = radians(roller["half_angle"])
-        flat = _centre_distance(place, radius, sense)
-
-        def leaning(x, phi, k):
-            return (flat(x, phi, k) - tan(lean) * (x[..., 2] - 0.5 * width)) * cos(lean)
-
-        return [Judge(leaning, _planes(cam, 0.0, width), genus=_genus(cam))]
     if cam.get("form", "external") == "external":
-        return [Judge(_centre_distance(place, radius, sense), _planes(cam, 0.0, width), genus=_genus(cam))]
+        side = _round_side(roller, 0.5 * width, -1.0, place, radius, sense)
+        return [Judge(side, _planes(cam, 0.0, width), genus=_genus(cam))]
     flat = _centre_distance(place, radius + cam.get("running_clearance", 0.0), sense)
     depth, below, root = cam["groove_depth"], cam.get("face") == "lower", cam.get("root_radius", 0.0)
+    rim = None if cam.get("rim") == "profile" else lambda x: np.abs(np.hypot(x[:, 0], x[:, 1]) - 0.5 * cam["diameter"])
+    if roller.get("shape") == "cone":
+        # The groove opens upwards, and the roller goes in from there as far as it is long.
+        middle = width - 0.5 * min(roller["length"], depth)
+        grown, shape = _shape(roller, middle, True)(cam.get("running_clearance", 0.0))
+
+        def stood(x, phi, k):
+            del k
+            a = np.stack(np.broadcast_arrays(*place(phi), 0.0 * phi), -1)
+            axis = np.array([0.0, 0.0, 1.0])
+            return roller_distance(_machine(x, phi, sense), a, axis, grown, width - depth, False, shape)
+
+        return [Judge(stood, _planes(cam, 0.0, width, rim), genus=_genus(cam))]
 
     def distance(x, phi, k):
         under = (x[..., 2] - depth if below else width - depth - x[..., 2]) + root
@@ -249,8 +255,23 @@ def _disc(cam, follower, roller, lift, low, high):
         outside = np.hypot(np.maximum(side, 0.0), np.maximum(under, 0.0))
         return outside + np.minimum(np.maximum(side, under), 0.0) - root
 
-    rim = None if cam.get("rim") == "profile" else lambda x: np.abs(np.hypot(x[:, 0], x[:, 1]) - 0.5 * cam["diameter"])
     return [Judge(distance, _planes(cam, 0.0, width, rim), genus=_genus(cam))]
+
+
+def _round_side(roller, middle, tip, place, radius, sense):
+    """Signed distance to the side of a roller along Z, unbounded: of a cone as thick as its radius at `middle`.
+
+    tip: +1 where its free end is above
+    """
+    flat = _centre_distance(place, radius, sense)
+    if (roller or {}).get("shape") != "cone":
+        return flat
+    lean = radians(roller["half_angle"])
+
+    def leaning(x, phi, k):
+        return (flat(x, phi, k) + tip * tan(lean) * (x[..., 2] - middle)) * cos(lean)
+
+    return leaning
 
 
 def _flat(cam, follower, lift, sense):
@@ -287,7 +308,8 @@ def _constant_width(cam, follower, roller, lift, low, high):
 def _conjugate(cam, follower, roller, lift, low, high):
     del low
     sense, r = _sense(cam), 0.5 * roller["diameter"]
-    q = 0.5 * cam.get("return_diameter", roller["diameter"])
+    second = cam.get("return_roller", roller)
+    q = 0.5 * second["diameter"]
     main = _place(cam, follower, r, lift)
     play, prime = follower.get("clearance", 0.0), cam["base_radius"] + r
     if follower["kind"] == "translating":
@@ -321,8 +343,9 @@ def _conjugate(cam, follower, roller, lift, low, high):
 
     above = cam["width"] + cam.get("gap", 0.0)
     return [
-        Judge(_centre_distance(place, size, sense), _planes(cam, z, z + cam["width"], mark), genus=_genus(cam))
-        for place, z, size in ((main, 0.0, r), (back, above, q))
+        Judge(_round_side(one, z + 0.5 * cam["width"], tip, place, size, sense),
+              _planes(cam, z, z + cam["width"], mark), genus=_genus(cam))
+        for one, tip, place, z, size in ((roller, 1.0, main, 0.0, r), (second, -1.0, back, above, q))
     ]
 
 

@@ -274,7 +274,6 @@ def test_undercut_is_asked_where_the_cone_is_thickest_though_no_roller_reaches_t
 
 
 @pytest.mark.parametrize(("table", "said"), [
-    ({"cam": {"form": "groove", "groove_depth": 8.0, "diameter": 200.0}}, "a cone runs on a profile"),
     ({"cutter": {"kind": "flat", "diameter": 10.0}}, "no tool paths"),
 ])  # fmt: skip
 def test_what_it_does_not_take_is_named(table: dict[str, Any], said: str) -> None:

@@ -111,9 +111,9 @@ def test_the_distance_across_is_that_of_many_samples(number: int) -> None:
     """Of the path of the roller's centre and the outline: outside the nearest, inside the deepest."""
     beside = made(SLIDE).mechanism.neighbours[number]
     phi = np.linspace(0.0, 2.0 * np.pi, 20001)
-    apart = cKDTree(beside.outline.curve(phi).points.T).query(beside.track.pose(phi, 0).a[0][:2].T)[0]
+    apart = cKDTree(beside.sections[0][1].curve(phi).points.T).query(beside.track.pose(phi, 0).a[0][:2].T)[0]
     sampled = apart.min() if number == 0 else -apart.max()
-    found = least_across(beside.track, beside.outline, 15.0).value
+    found = least_across(beside.track, beside.sections[0][1], 15.0).value
     assert found == pytest.approx(sampled - 15.0, abs=(1e-6, 1e-3)[number])
 
 

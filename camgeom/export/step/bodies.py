@@ -18,7 +18,6 @@ from camgeom.export.step.brep import Assembly, Brep, Facets, Placed
 from camgeom.export.step.cut import cut_solid
 from camgeom.export.step.geometry import Frame, vector
 from camgeom.export.step.groove import (
-    conical_disc_solid,
     end_face_solid,
     grooved_ring_solid,
     grooved_solid,
@@ -39,7 +38,7 @@ from camgeom.solid.cut import CutBlank, IndexingCut
 from camgeom.solid.drum import EndFaceRing, GroovedCylinder, RibbedCylinder
 from camgeom.solid.grooves import GroovedDrum
 from camgeom.solid.pocket import EdgePlate, PocketPlate
-from camgeom.solid.prism import ConicalDisc, GroovedPlate, Prism
+from camgeom.solid.prism import GroovedPlate, Prism
 from camgeom.solid.turret import STUD_SHARE, StackedTurret, TurretBody
 from camgeom.track import TURN, Arc, Swing, Track
 
@@ -61,7 +60,6 @@ EXACT: dict[type, Callable[[Any, float], Brep]] = {
     RibbedCylinder: ribbed_solid,
     EndFaceRing: end_face_solid,
     GroovedRing: grooved_ring_solid,
-    ConicalDisc: conical_disc_solid,
     Prism: planar_solid,
     GroovedPlate: grooved_plate_solid,
     PocketPlate: pocket_solid,

@@ -24,7 +24,6 @@ from camgeom.maths.extremum import bracketed_root
 from camgeom.solid.bell import GroovedRing
 from camgeom.solid.drum import EndFaceRing, GroovedCylinder, RibbedCylinder
 from camgeom.solid.grooves import GroovedDrum
-from camgeom.solid.prism import ConicalDisc
 from camgeom.track import Track
 from camgeom.track.section import ROOTED, Column, Level, cylinder_level
 
@@ -126,17 +125,6 @@ def grooved_ring_solid(body: GroovedRing, tolerance: float = TOLERANCE) -> Brep:
     ]
     skin = shell(bands, body.track.knots(), -body.track.sense, tolerance)
     return closed_solid(body.name, skin, (0.0, body.web), bore_holes(body.blank.bore), tolerance)
-
-
-def conical_disc_solid(body: ConicalDisc, tolerance: float = TOLERANCE) -> Brep:
-    """The disc of a conical roller as a solid whose fitted faces are within `tolerance` mm of the exact ones; raises as
-    above."""
-
-    def point(phi: Floats, share: Floats) -> Floats:
-        return points_last(body.flank(Column(body.track, phi), share))
-
-    skin = shell([Band("flank", point, degree=1)], body.track.knots(), -body.track.sense, tolerance)
-    return closed_solid(body.name, skin, (body.z0, body.z1), bore_holes(body.bore), tolerance)
 
 
 def between(foot: Walls, top: Walls, side: float) -> SurfacePoints:

@@ -82,13 +82,16 @@ def wall(outline: ClosedCurve, low: float, high: float, outward: float, toleranc
     return standing([upright(outline, low, high)], outline, outward, tolerance)
 
 
-def upright(outline: ClosedCurve, low: float, high: float) -> Band:
-    """The band straight along Z over an outline from z = low to z = high, mm."""
+def upright(outline: ClosedCurve, low: float, high: float, upper: ClosedCurve | None = None) -> Band:
+    """The band straight along Z over an outline from z = low to z = high, mm; to another outline at the same knots
+    where one is given."""
 
     def point(t: Floats, share: Floats) -> Floats:
         flat = outline.point(t)
         x = np.empty((len(t), len(share), 3))
         x[..., :2] = flat[:, None, :]
+        if upper is not None:
+            x[..., :2] += (upper.point(t) - flat)[:, None, :] * share[:, None]
         x[..., 2] = low * (1.0 - share) + high * share
         return x
 
@@ -207,10 +210,19 @@ def planar_solid(body: Prism, tolerance: float = TOLERANCE) -> Brep:
 
     Raises DesignError where the outline turns back on itself or the bore breaks through it.
     """
-    loops = [closed(loop, body.name) for loop in (body.outer, *body.holes)]
-    keep_bore_inside(loops[0], body.bore, body.name)
-    holes = [*loops[1:], *bore_holes(body.bore)]
-    return prism_solid(loops[0], body.z0, body.z1, holes, body.name, tolerance=tolerance)
+    holes = [*(closed(hole, body.name) for hole in body.holes), *bore_holes(body.bore)]
+    ends = body.z0, body.z1
+    return closed_solid(body.name, walled(body.outer, body, ends, 1.0, tolerance), ends, holes, tolerance)
+
+
+def walled(
+    loop: BodyLoop, body: Prism | GroovedPlate, ends: tuple[float, float], outward: float, tolerance: float
+) -> Shell:
+    """The shell of a wall round the bore between two heights; outward -1 for a hole."""
+    curves = [closed(replace(loop, outline=outline, upper=None), body.name) for outline in loop.ends]
+    for curve in curves:
+        keep_bore_inside(curve, body.bore, body.name)
+    return standing([upright(curves[0], *ends, *curves[1:])], curves[0], outward, tolerance)
 
 
 def grooved_plate_solid(body: GroovedPlate, tolerance: float = TOLERANCE) -> Brep:
@@ -221,10 +233,8 @@ def grooved_plate_solid(body: GroovedPlate, tolerance: float = TOLERANCE) -> Bre
     bore = [wall(hole, body.z0, body.z1, -1.0, tolerance) for hole in bore_holes(body.bore)]
     shells, flats, open_faces = [outside, *bore], list[Face](), {1.0, -1.0}
     for groove in body.grooves:
-        inner, outer = (closed(loop, body.name) for loop in (groove.inner, groove.outer))
-        keep_bore_inside(inner, body.bore, body.name)
-        sides = (groove.outer, outer, -1.0), (groove.inner, inner, 1.0)
-        far, near = (_flank(groove, loop, curve, side, tolerance) for loop, curve, side in sides)
+        far, near = (_flank(groove, loop, body, side, tolerance)
+                     for loop, side in ((groove.outer, -1.0), (groove.inner, 1.0)))  # fmt: skip
         up = groove.way > 0.0
         (out, hole), (far_foot, near_foot) = (
             (([one.last for one in (outside, far)], [one.last for one in (near, *bore)]), (far.first, near.first)) if up
@@ -264,12 +274,13 @@ def edge_solid(body: EdgePlate, tolerance: float = TOLERANCE) -> Brep:
     return Brep(body.name, (*side.faces, *flats), deviation=side.deviation)
 
 
-def _flank(groove: FaceGroove, loop: BodyLoop, outline: ClosedCurve, outward: float, tolerance: float) -> Shell:
+def _flank(groove: FaceGroove, loop: BodyLoop, body: GroovedPlate, outward: float, tolerance: float) -> Shell:
     """The shell of one flank with its root, from the lower end up."""
     low, high = sorted((groove.floor, groove.top))
     if not groove.root:
-        return wall(outline, low, high, outward, tolerance)
-    up = groove.way > 0.0
+        return walled(loop, body, (low, high), outward, tolerance)
+    up, outline = groove.way > 0.0, closed(loop, body.name)
+    keep_bore_inside(outline, body.bore, body.name)
 
     def root(phi: Floats, share: Floats) -> Floats:
         points = groove.root_points(loop, phi, 1.0 - share if up else share)
