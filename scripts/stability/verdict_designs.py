@@ -196,7 +196,7 @@ def _disc(dice: Dice, face: str, swings: bool, shapes: tuple[str, ...] = ("cylin
     return data
 
 
-def _face_groove(dice: Dice, swings: bool) -> Data:
+def _face_groove(dice: Dice, swings: bool, shapes: tuple[str, ...] = ("cylinder", "crowned")) -> Data:
     trip = Trip(dice)
     base, radius = dice.between(42.0, 60.0), dice.between(7.0, 11.0)
     prime, depth = base + radius, dice.between(9.0, 13.0)
@@ -216,7 +216,7 @@ def _face_groove(dice: Dice, swings: bool) -> Data:
         follower = {"kind": "swinging", "arm": arm, "side": dice.one("left", "right")}
         lift, motion = swing * trip.acceleration, trip.segments(degrees(swing))
     length = depth - 1.0
-    data = {"cam": cam, "follower": follower, "roller": roller(dice, radius, length), "motion": motion}
+    data = {"cam": cam, "follower": follower, "roller": roller(dice, radius, length, shapes), "motion": motion}
     loaded(dice, data, 0.4 * radius * length, lift, False)
     return data
 
@@ -292,7 +292,7 @@ def _constant_width(dice: Dice, yoke: bool) -> Data:
     return data
 
 
-def _conjugate(dice: Dice, swings: bool) -> Data:
+def _conjugate(dice: Dice, swings: bool, shapes: tuple[str, ...] = ("cylinder", "crowned")) -> Data:
     trip = Trip(dice)
     base = dice.between(70.0, 130.0)
     radius, width = base * dice.between(0.13, 0.17), dice.between(14.0, 22.0)
@@ -309,7 +309,7 @@ def _conjugate(dice: Dice, swings: bool) -> Data:
         swing = min(0.6 * stroke / arm, radians(20.0))
         follower = {"kind": "swinging", "arm": arm, "clearance": 0.1}
         lift, motion = swing * trip.acceleration, trip.segments(degrees(swing))
-    data = {"cam": cam, "follower": follower, "roller": roller(dice, radius, width), "motion": motion}
+    data = {"cam": cam, "follower": follower, "roller": roller(dice, radius, width, shapes), "motion": motion}
     loaded(dice, data, 0.4 * radius * width, lift, False)
     return data
 
@@ -576,6 +576,10 @@ KINDS: dict[str, Callable[[Dice], Data]] = {
     "cone groove": _conical,
     "bell groove": lambda dice: _bell(dice, False),
     "bell groove, swinging": lambda dice: _bell(dice, True),
+    "face groove, cone": lambda dice: _face_groove(dice, False, ("cone",)),
+    "face groove, swinging cone": lambda dice: _face_groove(dice, True, ("cone",)),
+    "rocker, cone": lambda dice: _conjugate(dice, True, ("cone",)),
+    "slide, cone": lambda dice: _conjugate(dice, False, ("cone",)),
 }
 """how a design of every kind is made; the kind of a seed is that of its remainder"""
 SEVERAL = ("both faces", "groove and rim")
@@ -596,12 +600,15 @@ DRUM_SEED, FIFTH_KINDS = 100_000, 28
 """conical drums come from here on; kinds of the seeds below"""
 BELL_SEED, SIXTH_KINDS = 110_000, 29
 """bells with a groove come from here on; kinds of the seeds below"""
+LEAN_SEED, SEVENTH_KINDS = 120_000, 31
+"""grooves and pairs of conical rollers come from here on; kinds of the seeds below"""
 
 
 def kinds_of(seed: int) -> tuple[str, ...]:
     """The kinds that a seed may have."""
     bounds = ((FIRST_SEED, FIRST_KINDS), (LINEAR_SEED, SECOND_KINDS), (EDGE_SEED, THIRD_KINDS),
-              (CONE_SEED, FOURTH_KINDS), (DRUM_SEED, FIFTH_KINDS), (BELL_SEED, SIXTH_KINDS))  # fmt: skip
+              (CONE_SEED, FOURTH_KINDS), (DRUM_SEED, FIFTH_KINDS), (BELL_SEED, SIXTH_KINDS),
+              (LEAN_SEED, SEVENTH_KINDS))  # fmt: skip
     return tuple(KINDS)[: next((count for end, count in bounds if seed < end), len(KINDS))]
 
 

@@ -39,18 +39,20 @@ RIBS = tuple(kind for kind in ALONE if kind.startswith("drum rib"))
 ENDS = tuple(kind for kind in ALONE if kind.startswith("end face"))
 DISCS = tuple(kind for kind in ALONE if kind.startswith("disc"))
 PLATES = tuple(kind for kind in ALONE if kind.startswith("face groove"))
-WIDTHS, PAIRS = ("frame", "yoke"), ("rocker", "slide")
+WIDTHS, PAIRS = ("frame", "yoke"), tuple(kind for kind in ALONE if kind.startswith(("rocker", "slide")))
 GLOBOIDS = ("globoid rib", "globoid groove")
 SIDE_BY_SIDE = tuple(kind for kind in ALONE if kind.startswith("parallel"))
 TURRETS = (*GLOBOIDS, "barrel", *SIDE_BY_SIDE)
 BELLS = tuple(kind for kind in ALONE if kind.startswith("bell"))
 GROOVES = ("drum groove", "drum groove, swinging", "cone groove", *BELLS)
-STRUCK = ("drum groove", "cone groove", "bell groove", "face groove", "rocker", "slide")
+STRUCK = ("drum groove", "cone groove", "bell groove", "face groove", "face groove, cone", "rocker", "slide")
 SLIDING = ("disc, flat", "disc, curved", "frame")
 ROLLING = tuple(kind for kind in ALONE if kind not in SLIDING)
 SLIDES = ("linear", "linear edge")
 TURNING = tuple(kind for kind in ALONE if kind not in SLIDES)
-KEYED = tuple(kind for kind in TURNING if kind not in ("disc, swinging roller", "face groove, swinging", "rocker"))
+KEYED = tuple(
+    kind for kind in TURNING if not kind.startswith(("disc, swinging roller", "face groove, swinging", "rocker"))
+)
 """where the cam's least radius lies beside the keyway, on +X: swinging followers meet it at another angle"""
 
 
@@ -105,13 +107,15 @@ def solid_core(data: Data) -> float:
             far = cam["start"] + (max(s.get("to", 0.0) for s in data["motion"]) + tip if lean > 0.0 else -tip)
             return float(0.5 * cam["diameter"] - far * sin(lean) - cam["groove_depth"] * cos(lean))
         case "conjugate":
-            return float(cam["base_radius"])
+            # A cone is widest at a face of its disc.
+            return float(cam["base_radius"] - 0.5 * cam["width"] * tan(radians(roller.get("half_angle", 0.0))))
         case _:
-            return float(cam["base_radius"] - cam.get("running_clearance", 0.0))
+            clear = cam["base_radius"] + radius
+            return float(clear - (max(_ends(data)) if "groove_depth" in cam else radius))
 
 
 def _ends(data: Data) -> tuple[float, float]:
-    """Radius of a groove's tool at the outside and at the floor, mm."""
+    """Radius of a groove's tool at its mouth and at the floor, mm."""
     cam, roller = data["cam"], data["roller"]
     if roller["shape"] != "cone":
         return (0.5 * roller["diameter"] + cam.get("running_clearance", 0.0),) * 2
@@ -162,7 +166,7 @@ def _reach(data: Data) -> float:
         prime = sqrt(a * a + c * c - 2.0 * a * c * cos(opening))
     else:
         prime += stroke
-    return float(prime + radius + cam.get("running_clearance", 0.0))
+    return float(prime + max(_ends(data)))
 
 
 def thin_floor(data: Data, dice: Dice) -> None:
@@ -626,8 +630,8 @@ def pivot_within(data: Data, dice: Dice) -> None:
 
 
 PLAYS = {
-    "follower": ("frame", "yoke", "rocker", "slide"),
-    "cam": ("drum groove", "drum groove, swinging", *BELLS, "face groove", "face groove, swinging", *TURRETS, "linear"),
+    "follower": (*WIDTHS, *PAIRS),
+    "cam": ("drum groove", "drum groove, swinging", *BELLS, *PLATES, *TURRETS, "linear"),
 }
 """where the play of a follower that is driven both ways is given: follower.clearance or cam.running_clearance"""
 
@@ -830,7 +834,9 @@ FAULTS: dict[str, Fault] = {
     "narrow face": Fault(("disc, flat", "frame"), narrow_face, ("face-width",)),
     "jump of acceleration": Fault(ALONE, jerky, ("continuity",)),
     "thin disc": Fault((*DISCS, *WIDTHS, *PAIRS, *SIDE_BY_SIDE), thin_plate, ("wall",), ("width",)),
-    "roller into the next disc": Fault(("slide", *SIDE_BY_SIDE), long_roller, ("neighbour",), ("roller.length",)),
+    "roller into the next disc": Fault(
+        ("slide", "slide, cone", *SIDE_BY_SIDE), long_roller, ("neighbour",), ("roller.length",)
+    ),
     "roller on its floor": Fault(
         (*GROOVES, *PLATES, "linear"), rubbing, ("floor-gap",), ("roller.length", "groove_depth")
     ),

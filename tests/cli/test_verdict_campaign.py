@@ -22,7 +22,9 @@ from verdict_designs import (
     FOURTH_KINDS,
     KINDS,
     LAWS,
+    LEAN_SEED,
     LINEAR_SEED,
+    SEVENTH_KINDS,
     SIXTH_KINDS,
     THIRD_KINDS,
     furnished,
@@ -43,7 +45,8 @@ from verdict_faults import (
 
 from camgeom.checks import checks
 
-CONES = tuple(kind for kind in KINDS if kind.endswith("cone"))
+CONES = tuple(kind for kind in KINDS if kind.endswith("cone") and kind.startswith("disc"))
+LEANING = tuple(kind for kind in KINDS if kind.endswith("cone") and kind not in CONES)
 CONICAL = "cone groove"
 BELLS = tuple(kind for kind in KINDS if kind.startswith("bell"))
 CLASSES = count_of(FIRST_SEED)
@@ -55,7 +58,7 @@ def test_a_seed_gives_one_design_and_one_fault() -> None:
     assert sound(17) == sound(17)
     assert of_fault(17) == of_fault(17)
     came = {FIRST_SEED: set(), LINEAR_SEED: {"linear"}, EDGE_SEED: {"linear edge"}, CONE_SEED: {*CONES},
-            DRUM_SEED: {CONICAL}, BELL_SEED: {*BELLS}}  # fmt: skip
+            DRUM_SEED: {CONICAL}, BELL_SEED: {*BELLS}, LEAN_SEED: {*LEANING}}  # fmt: skip
     known = set(KINDS).difference(*came.values())
     for first, kinds in came.items():
         known |= kinds
@@ -120,12 +123,14 @@ def test_faults_of_linear_cams_are_told(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", [*CONES, CONICAL, *BELLS])
+@pytest.mark.parametrize("kind", [*CONES, CONICAL, *BELLS, *LEANING])
 @pytest.mark.parametrize("turn", range(4))
 def test_later_kinds_are_judged_right(kind: str, turn: int) -> None:
     first, count = (CONE_SEED, FIFTH_KINDS) if kind in CONES else (DRUM_SEED, SIXTH_KINDS)
     if kind in BELLS:
-        first, count = BELL_SEED, len(KINDS)
+        first, count = BELL_SEED, SEVENTH_KINDS
+    if kind in LEANING:
+        first, count = LEAN_SEED, len(KINDS)
     seed = first + count * turn - first % count + count + list(KINDS).index(kind)
     assert kind_of(seed) == kind
     assert run_sound(seed).outcome == "quiet"
