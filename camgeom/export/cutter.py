@@ -33,17 +33,12 @@ def no_tool(model: Model) -> str:
     """Why no tool is known: without a [cutter] it is like the follower's roller, where the cam takes one."""
     if model.profile.cutter is None and model.mechanism.roller is None:
         return "needs a [cutter] table: the follower has no roller, and so no tool like it"
-    return refused(model)
+    return model.no_tool
 
 
 def no_program(model: Model) -> str:
     """Why there is no program for a machine."""
-    return refused(model) or (NO_CUTTER if model.profile.cutter is None else "")
-
-
-def refused(model: Model) -> str:
-    """Why the cam takes no [cutter]: then no paths are made for a tool like its roller either."""
-    return model.profile.cam.idle(model.setup).get("cutter", "")
+    return model.no_tool or (NO_CUTTER if model.profile.cutter is None else "")
 
 
 def no_rest(model: Model) -> str:

@@ -794,6 +794,11 @@ class Model(Sealed):
         spec = self.profile.impact_spec
         return law_runs(self.profile) if spec is not None and spec.laws else {}
 
+    @property
+    def no_tool(self) -> str:
+        """Why the cam takes no [cutter], and so no tool like its roller either; empty where it takes one."""
+        return self.profile.cam.idle(self.setup).get("cutter", "")
+
     @fact
     def machining(self) -> Machining:
         """Cutter data of the profile's [cutter] tool (default: one like the roller).
@@ -806,6 +811,8 @@ class Model(Sealed):
     @fact
     def machined(self) -> Outcome:
         """What that tool leaves of the flanks, gouges among them: stock, ridges, passes."""
+        if self.no_tool:
+            raise DesignError(self.no_tool)
         from camgeom.machining.job import machining_of
         from camgeom.machining.outcome import Outcome
         from camgeom.machining.spec import CutterSpec

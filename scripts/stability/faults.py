@@ -67,6 +67,9 @@ PROFILES = {
     ),
     "tracks": ("two_groove_drum", 'formats = ["3mf", "step", "dxf", "sheet.pdf", "points.csv", "ecam.csv"]'),
     "faces": ("both_faces_disc", 'formats = ["stl", "step", "dxf", "sheet.svg", "outline.csv", "cmm.csv"]'),
+    "bell": ("bell_lifter", 'formats = ["3mf", "stp", "dxf", "sheet.svg", "cmm.csv", "history.csv"]'),
+    "cone": ("conical_guide", 'formats = ["stl", "step", "points.csv", "sheet.pdf", "cutter.csv", "ecam.csv"]'),
+    "leaning": ("conical_disc", 'formats = ["3mf", "step", "dxf", "outline.csv", "cmm.csv", "history.csv"]'),
     "plates": ("parallel_index", 'formats = ["3mf", "vtu", "assembly.step", "dxf", "outline.csv"]'),
 }
 """one profile of every kind, one that is milled, one meshed as a volume, one with [tolerance]; nearly every format but

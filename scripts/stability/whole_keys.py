@@ -117,7 +117,7 @@ RATES = ("velocity", "acceleration", "jerk")
 KNOWN = frozenset({"name", "units", "reproduces", "cam", "follower", *ROLLERS, "motion", "duty", "operation", "limits",
                    "material", "output", "drawing", "impact", "dynamics", "cutter", "tolerance", "lubricant"})
 """sections that are drawn with what belongs to them; any other is drawn as its schema says, no more"""
-FEWEST = ("cylindrical", "end-face", "globoidal", "cylindrical-index")
+FEWEST = ("cylindrical", "conical", "end-face", "globoidal", "cylindrical-index")
 """kinds of cam that may be meshed with fewer triangles"""
 ERRORS = 22
 """errors of [tolerance] come first in it"""
