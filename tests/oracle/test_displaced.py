@@ -104,6 +104,7 @@ CASES: dict[str, dict[str, Any]] = {
     "swinging flat face": _disc(SWINGING + '\nface = "flat"', cam="center_distance = 95", lift=6.0),
     "curved face": _disc('kind = "translating"\nface = "curved"\nface_radius = 40'),
     "face groove": _shipped("disc_face_groove", cam__running_clearance=0.0),
+    "face groove, cone": _shipped("conical_groove", cam__running_clearance=0.0),
     "frame": _shipped("constant_width_press", follower__clearance=0.0),
     "yoke": _yoke(),
     "rocker": _shipped("conjugate_rocker", follower__clearance=0.0),
