@@ -441,6 +441,10 @@ def _cross_checks(profile: Profile) -> list[Problem]:
 
         mechanism = profile.cam.mechanism(setup)
         found += contradictions(profile, mechanism) or solver_problems(profile, mechanism)
+        if profile.station and not found:
+            from camgeom.profile.station import unsolved_stations
+
+            found += unsolved_stations(profile, setup)
         if profile.cutter_spec is not None:
             found += profile.cutter_spec.problems(mechanism)
         if profile.tolerance_spec is not None:

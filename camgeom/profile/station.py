@@ -8,6 +8,7 @@ own cam angle.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, final
 
 from pydantic import Field
@@ -90,3 +91,22 @@ def station_problems(profile: Profile, setup: Setup) -> Iterator[Problem]:
     if spec is not None and spec.shaft_stiffness is not None:
         yield Problem("dynamics.shaft_stiffness", "couples all followers of the cam, and each is solved alone",
                       spec.shaft_stiffness, "none beside a [[station]]")  # fmt: skip
+
+
+def unsolved_stations(profile: Profile, setup: Setup) -> Iterator[Problem]:
+    """What no solver can carry of a station, or what another key states otherwise, by the key that can be set.
+
+    Of a profile whose first follower is free of both.
+    """
+    from camgeom.profile.solvers import solver_problems
+    from camgeom.profile.twice import contradictions
+
+    for number, station in enumerate(profile.stations):
+        own, at = station.profile(profile), f"station[{number}]"
+        mechanism = own.cam.mechanism(replace(setup, follower=own.follower))
+        for problem in contradictions(own, mechanism) or solver_problems(own, mechanism):
+            table, _, key = problem.key.partition(".")
+            if table in ("operation", "follower") and key.partition("[")[0] in station.model_fields_set:
+                yield replace(problem, key=f"{at}.{key}")
+            else:
+                yield replace(problem, message=f"{problem.message}, of {at}")

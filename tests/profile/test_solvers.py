@@ -85,6 +85,33 @@ def test_its_neighbour_is_solved(two: Two) -> None:
     assert products[asked].exit_status in (0, 3)
 
 
+STATIONS = [
+    ("disc, elastic", {"dynamics.tappet_mass": 0.1, "dynamics.tappet_stiffness": 2e4},
+     {"guide_friction": 0.05}, {"guide_friction": 0.0}, "station[1].guide_friction"),
+    ("disc, elastic", {"dynamics.tappet_mass": 0.3}, {"mass": 0.29}, {"mass": 0.31}, "dynamics.tappet_mass"),
+    ("disc, elastic", {"dynamics.mass": 0.5}, {"mass": 0.6}, {"mass": 0.5}, "dynamics.mass"),
+    ("drum, impact", {}, {"guide_friction": 0.05}, {"guide_friction": 0.0}, "station[1].guide_friction"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("case", "changes", "bad", "good", "key"), STATIONS, ids=lambda one: f"{one}")
+def test_a_station_is_asked_like_the_first_follower(case: str, changes: Data, bad: Data, good: Data, key: str) -> None:
+    def read_with(own: Data) -> Any:
+        stations = ({"angle": 90.0}, {"angle": 180.0, **own})
+        found = {"station": stations} if case == "drum, impact" else {**BARE, "station": stations, **changes}
+        return from_data(data_of(case, found), "part.toml")
+
+    with pytest.raises(ProfileError) as refused:
+        read_with(bad)
+    (problem,) = refused.value.problems
+    assert problem.key == key
+    assert "station[1]" in f"{problem}"
+    model = Model(read_with(good))
+    name = "impact" if case == "drum, impact" else "dynamics"
+    products = {product.name: product for product in compute(model, ("dynamics",)).products}
+    assert products[f"follower 3.{name}"].exit_status in (0, 3), products[f"follower 3.{name}"].reason
+
+
 @pytest.mark.parametrize(("moved", "own", "key"), [(0.0, 0.0, "dynamics.load_inertia"), (0.3, 0.0, "follower.inertia")])
 def test_a_turret_without_inertia_leaves_none_for_its_load(moved: float, own: float, key: str) -> None:
     found = {"follower.inertia": own, "operation.load_inertia": moved, "dynamics.turret_inertia": None,
