@@ -34,6 +34,7 @@ def test_the_printed_example_of_a_ball_bearing():
 def test_the_printed_example_of_a_roller_bearing_in_five_states():
     # NTN, Ball and roller bearings (catalogue 2202/E), bearing loads, example 5: spherical roller bearing 23932,
     # C = 320 kN, five conditions with their share of the time, r/min and equivalent load, kN: mean load 48.1 kN.
+    # Quoted from memory, no copy was at hand: that they give the printed mean load speaks for them.
     states = [(5, 1200, 17.7), (10, 1000, 30.0), (60, 800, 46.4), (15, 600, 55.3), (10, 400, 75.1)]
     lives = [float(rated_hours(320.0, load, speed * TURN / 60, ROLLER.exponent)) for _, speed, load in states]
     hours = summed_life((share / 100, life) for (share, _, _), life in zip(states, lives, strict=True))
