@@ -347,6 +347,44 @@ def rib_drum(rng: np.random.Generator, n: int) -> tuple[Data, dict[str, Floats]]
     }
 
 
+def arm_drum(rng: np.random.Generator, n: int) -> tuple[Data, dict[str, Floats]]:
+    """A drum that swings an arm to and fro beside its axis."""
+    data = _shipped("profiles/steep_shuttle.toml")
+    data["cam"]["direction"] = str(rng.choice(["cw", "ccw"]))
+    data["roller"] = {"shape": "cylinder", "diameter": 24.0, "length": 13.0}
+    data["follower"]["pivot_distance"] = 82.0
+    del data["operation"]["force"]
+    data["motion"] = motion(rng, 40.0)
+    return data, {
+        "cam.diameter": rng.uniform(120.0, 220.0, n),
+        "cam.running_clearance": rng.uniform(0.0, 0.05, n),
+        "follower.arm": rng.uniform(70.0, 110.0, n),
+        "follower.start_angle": rng.uniform(-35.0, 0.0, n),
+        "follower.pivot_distance": rng.uniform(60.0, 110.0, n),
+        "follower.inertia": rng.uniform(0.005, 0.05, n),
+        "roller.diameter": rng.uniform(10.0, 40.0, n),
+        "roller.length": rng.uniform(8.0, 14.2, n),
+        "motion[0].to": rng.uniform(10.0, 45.0, n),
+        "operation.spring_preload": rng.uniform(0.0, 4000.0, n),
+        "operation.spring_rate": rng.uniform(0.0, 50.0, n),
+        **timed(rng, n),
+        **{key: values for key, values in loads(rng, n).items() if key.endswith(("speed", "elastic_modulus"))},
+    }  # fmt: skip
+
+
+def rib_arm(rng: np.random.Generator, n: int) -> tuple[Data, dict[str, Floats]]:
+    """The same with a rib, whose rollers stand ahead of and behind the arm's end."""
+    data, columns = arm_drum(rng, n)
+    data["cam"] |= {"form": "rib", "rib_thickness": 16.0, "length": 220.0, "start": 80.0}
+    del data["follower"]["pivot_distance"], columns["follower.pivot_distance"]
+    data["operation"]["friction"] = 900.0
+    return data, columns | {
+        "cam.rib_thickness": rng.uniform(12.0, 30.0, n),
+        "motion[0].to": rng.uniform(8.0, 30.0, n),
+        "follower.start_angle": rng.uniform(-30.0, 5.0, n),
+    }
+
+
 def barrel(rng: np.random.Generator, n: int) -> tuple[Data, dict[str, Floats]]:
     data = _shipped("profiles/barrel_indexer.toml")
     data["cam"]["form"] = str(rng.choice(["rib", "groove"]))
@@ -400,6 +438,8 @@ CASES: dict[str, Case] = {
     "drum, groove": drum,
     "drum, groove, guides": guided_drum,
     "drum, rib": rib_drum,
+    "drum, groove, arm": arm_drum,
+    "drum, rib, arm": rib_arm,
     "indexer, barrel": barrel,
     "indexer, globoid": globoid,
 }

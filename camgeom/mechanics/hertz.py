@@ -24,6 +24,8 @@ SHEAR_DEPTH = float(np.sqrt(GOLDEN))
 """Depth of the largest shear below a line contact over half-width: 0.78615, the root of q² + q = 1 in q = depth²."""
 SHEAR_SHARE = float(SHEAR_DEPTH - GOLDEN / np.sqrt(1.0 + GOLDEN))
 """Largest shear below a line contact over peak pressure: 0.30028."""
+TOO_WIDE = "the contact is wider than the roller or the cam body"
+"""why no approach of two bodies can be given"""
 
 
 def line_pressure(line_load: ArrayLike, curvature: ArrayLike, compliance: ArrayLike) -> Floats:
@@ -69,8 +71,8 @@ def line_flexibility(line_load: ArrayLike, curvature: ArrayLike, roller: Materia
     half = line_half_width(line_load, curvature, roller.compliance + cam.compliance)
     r, d = np.asarray(radius, dtype=np.float64), np.asarray(depth, dtype=np.float64)
     if np.any(half > np.minimum(r, d)):
-        raise DesignError(f"the contact is {float(np.max(half / np.minimum(r, d))):.3g} times as wide as the roller or "
-                          "the cam body: half-space theory gives no approach there; lower the load")
+        share = float(np.max(half / np.minimum(r, d)))
+        raise DesignError(f"{TOO_WIDE} ({share:.3g} times): half-space theory gives no approach there; lower the load")
     safe = np.maximum(half, 1e-300)
     return flexibility(np.log(4.0 * r / safe), np.log(2.0 * d / safe), roller.compliance, cam.compliance, cam.poisson)
 

@@ -53,6 +53,8 @@ if TYPE_CHECKING:
 
 LEAST_PRESSURE = 1e-9
 """MPa; below it nothing presses"""
+ENDING = 0.02
+"""share of a roller that counts as nothing where it is pressed beyond the end of its wall too"""
 WITHIN = 41
 """places along the longest ellipse of a crown at which it slides"""
 
@@ -273,6 +275,9 @@ class RollerDuty:
         lever = np.stack([w.lever for w in walls], axis=-1)
         k = np.where(force[..., None] >= 0.0, behind, ahead)
         bare = (press.touching <= 0.0)[..., None]
+        if np.any(bare & (force != 0.0)[..., None]):
+            # Beside its end a wall is so short that there is no approach of bodies to it either.
+            bare = (press.touching <= ENDING * self.length)[..., None]
         shared = share_load(
             np.abs(force),
             press.middles - press.middle,
@@ -669,9 +674,11 @@ class RollerDuty:
 
     @cached_property
     def contact_length(self) -> float:
-        """Length that touches where the pressure is largest, mm."""
+        """Length that touches where the pressure is largest, mm; the least where the pressure has no bound."""
         if self.finite is not None:
             return self.finite.hardest[1].length
+        if self.least_peak.value == inf:
+            return self.least_touching.value
         angle = self.least_peak.cam_angle
         if self.crowned is not None:
             return 2.0 * self._at(self.crowned.ellipse.along, angle)

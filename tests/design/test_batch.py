@@ -69,6 +69,11 @@ def test_pressures_are_found_where_a_wall_begins(name: str, values: dict[str, fl
     [
         ("disc, flat face on an arm", "cam.base_radius", (40.0, 45.0)),
         ("drum, rib", "operation.speed", (100.0, 120.0)),
+        ("drum, groove, arm", "motion[0].until", (100.0, 110.0)),
+        ("drum, groove, arm", "follower.arm", (85.0, 90.0)),
+        ("drum, groove, arm", "roller.diameter", (20.0, 22.0)),
+        ("drum, rib, arm", "cam.running_clearance", (0.0, 0.02)),
+        ("drum, rib, arm", "cam.diameter", (180.0, 200.0)),
         ("indexer, barrel", "limits.life_h", (1e3, 1e4)),
         ("indexer, globoid", "cam.tip_clearance", (0.5, 0.6)),
     ],
@@ -81,6 +86,43 @@ def test_one_key_alone_may_vary(name: str, key: str, values: tuple[float, float]
         alone = evaluate(from_data(data), {key: np.array([value])})
         for figure, column in both.figures.items():
             assert column[i] == pytest.approx(alone.figures[figure][0], rel=1e-12), figure
+
+
+def test_a_roller_pressed_beyond_its_wall_has_no_bound_of_pressure() -> None:
+    """Far beside the drum's axis the contact line leaves the drum before it comes to the roller: in the batch as in the
+    exact model, which had quoted the length that touches at some other place."""
+    data, _ = CASES["drum, groove, arm"](np.random.default_rng(3), 1)
+    pivots = np.array([82.0, 45.0])
+    batch = evaluate(from_data(data), {"follower.pivot_distance": pivots})
+    assert batch.words == ["", ""]
+    infinite = "peak_slice_pressure_mpa", "half_width_mm", "peak_shear_mpa", "shear_depth_mm"
+    for i, pivot in enumerate(pivots):
+        exact, _ = exact_row(data, {"follower.pivot_distance": float(pivot)})
+        for figure in infinite:
+            value = batch.figures[f"contact.{figure}"][i]
+            assert value == (np.inf if i else pytest.approx(exact[f"contact.{figure}"], rel=1e-3))
+            assert i == 0 or exact.get(f"contact.{figure}") is None
+        length = batch.figures["contact.contact_length_mm"][i]
+        assert length == pytest.approx(exact["contact.contact_length_mm"], rel=1e-3)
+        assert (length == 0.0) == (i == 1)
+
+
+def test_of_two_peaks_in_a_piece_the_higher_is_found() -> None:
+    """The force on a roller, turned round in the middle of a piece, was that of its first peak, 2.5e-3 lower."""
+    data, _ = CASES["drum, groove, arm"](np.random.default_rng(3), 1)
+    data["cam"]["direction"] = "cw"
+    data["motion"] = ({"until": 110.0, "to": 40.0, "law": "modified-trapezoid"}, {"until": 150.0},
+                      {"until": 260.0, "to": 0.0, "law": "modified-sine"}, {"until": 360.0})  # fmt: skip
+    values = {
+        "cam.diameter": 122.741337, "follower.arm": 87.199891, "follower.start_angle": -16.684137,
+        "follower.pivot_distance": 109.687852, "follower.inertia": 0.0066625316, "roller.diameter": 15.300595,
+        "roller.length": 12.096614, "motion[0].to": 30.893789, "operation.spring_preload": 134.324537,
+        "operation.spring_rate": 4.775774, "motion[0].until": 77.893051, "motion[2].until": 283.094496,
+        "operation.speed": 437.488029,
+    }  # fmt: skip
+    exact, _ = exact_row(data, values)
+    batch = evaluate(from_data(data), {key: np.array([value]) for key, value in values.items()})
+    assert batch.figures["contact.peak_force_n"][0] == pytest.approx(exact["contact.peak_force_n"], rel=1e-4)
 
 
 def fine_samples(cam: Indexer, what: Callable[[Floats, Seat, float], Floats]) -> Floats:

@@ -18,14 +18,13 @@ from camgeom.cams._turret import TurretKeys
 from camgeom.design.batch.legs import ALIKE, program_of
 from camgeom.design.batch.motion import SAMPLES, Ints, Motion, Points
 from camgeom.design.batch.sharing import PER, STEP, THIN, Pressed, Sharing
-from camgeom.design.batch.variants import Mask, Variants
+from camgeom.design.batch.variants import Mask, Variants, demand_of
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.duty import MILLI
 from camgeom.mechanics.life import hours
 from camgeom.mechanics.load import Demand
-from camgeom.model.loads import DEGREES
 from camgeom.track.follower import TurretFollower
 from camgeom.track.runout import PLACES
 
@@ -361,20 +360,14 @@ class Indexer(ABC):
     # Load
 
     @cached_property
-    def speed(self) -> Floats:
-        """Cam speed, rad/s."""
-        return np.asarray(self.variants.number("operation.speed") * (2.0 * pi / 60.0))
-
-    @cached_property
     def demand(self) -> Demand:
         """What acts on the turret."""
-        number, operation = self.variants.number, self.profile.operation
-        assert operation is not None
-        return Demand(
-            self.speed, number("follower.inertia") + number("operation.load_inertia"), number("operation.friction"),
-            number("operation.spring_preload"), number("operation.spring_rate") * DEGREES, np.zeros(1),
-            tuple(force.applied() for force in operation.force), True,
-        )  # fmt: skip
+        return demand_of(self.variants)
+
+    @property
+    def speed(self) -> Floats:
+        """Cam speed, rad/s."""
+        return self.demand.speed
 
     def torque(self, points: Points) -> Floats:
         """Torque that the turret needs, N mm."""

@@ -156,14 +156,18 @@ class Motion:
         values = np.broadcast_to(values, (self.moving * SAMPLES + len(self.rows) - self.moving, self.size))
         v = values[: self.moving * SAMPLES].reshape(self.moving, SAMPLES, self.size)
         top = np.clip(v.argmax(axis=1), 1, SAMPLES - 2)
-        low, mid, high = (np.take_along_axis(v, top[:, None] + k, axis=1)[:, 0] for k in (-1, 0, 1))
-        at, best = vertex(low, mid, high)
+        at, best = vertex(*(np.take_along_axis(v, top[:, None] + k, axis=1)[:, 0] for k in (-1, 0, 1)))
+        place = top + at
+        # Beside an end a peak may stand higher above its samples than the largest sample is.
+        for middle in (1, SAMPLES - 2):
+            at, height = vertex(*(v[:, middle + k] for k in (-1, 0, 1)))
+            place, best = np.where(height > best, middle + at, place), np.maximum(height, best)
         rest = values[self.moving * SAMPLES :]
         height, one = np.concatenate([best, rest]), np.arange(self.size)
         if beside is not None:
             height[beside, one] = -np.inf
         piece = height.argmax(axis=0)
-        place = np.concatenate([(top + at) * (FINE // (SAMPLES - 1)), np.full(rest.shape, 0.5 * FINE)])[piece, one]
+        place = np.concatenate([place * (FINE // (SAMPLES - 1)), np.full(rest.shape, 0.5 * FINE)])[piece, one]
         return piece, np.clip(np.rint(place).astype(np.intp), REACH, FINE - REACH)
 
     def around(self, piece: Ints, step: Ints) -> Points:
@@ -263,9 +267,13 @@ class Motion:
         """The same with three points (3, n) about its place, and the place between them, -1 to 1, (n,); of pieces
         other than `beside`.
 
-        Returns points, value, place. Laid again where it lies beyond the three, and nearer where it is steep.
+        Returns points, value, place.
         """
-        piece, step = self.peak(values, beside)
+        return self.laid(again, *self.peak(values, beside))
+
+    def laid(self, again: Callable[[Points], Floats], piece: Ints, step: Ints) -> tuple[Points, Floats, Floats]:
+        """The same from a place where the largest value is sought. The three points are laid again where it lies beyond
+        them, and nearer where it is steep."""
         reach: Ints = np.full(self.size, REACH)
         for _ in range(ROUNDS):
             near = self.at(piece, step + reach * np.array([[-1], [0], [1]]))

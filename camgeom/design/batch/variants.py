@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from copy import copy
+from math import pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +13,8 @@ from numpy.typing import NDArray
 
 from camgeom.design.batch import Batch
 from camgeom.maths import Floats
+from camgeom.mechanics.load import Demand
+from camgeom.model.loads import DEGREES
 
 if TYPE_CHECKING:
     from pydantic.fields import FieldInfo
@@ -167,6 +170,20 @@ def _beyond(profile: Profile, key: str, values: Floats) -> Mask:
             if bound is not None:
                 bad |= ~within(values, bound)
     return bad
+
+
+def demand_of(variants: Variants) -> Demand:
+    """What acts on a slide, an arm or a turret, N and mm or N mm and rad."""
+    number, operation = variants.number, variants.profile.operation
+    assert operation is not None
+    speed, turning = number("operation.speed") * (2.0 * pi / 60.0), variants.profile.rotating
+    what, unit = ("inertia", DEGREES) if turning else ("mass", 1.0)
+    mass = number(f"follower.{what}") + number(f"operation.load_{what}")
+    return Demand(
+        np.asarray(speed), mass, number("operation.friction"), number("operation.spring_preload"),
+        number("operation.spring_rate") * unit, np.zeros(1) if turning else mass * number("operation.gravity"),
+        tuple(force.applied() for force in operation.force), turning,
+    )  # fmt: skip
 
 
 class Refusals:
