@@ -53,14 +53,14 @@ def reference() -> str:
     import camgeom
     from camgeom.checks.verdict import Finding
     from camgeom.maths.extremum import Extreme
-    from camgeom.model.arrays import Motion
+    from camgeom.model.arrays import MotionArrays
     from camgeom.seat.variants import Results
     from camgeom.solid import Solid
     from camgeom.track.flank import Flank
 
     parts = [HEAD]
     functions = [name for name in camgeom.__all__ if inspect.isfunction(getattr(camgeom, name))]
-    classes = [camgeom.Model, Results, Motion, Flank, Solid, Extreme, Finding, camgeom.Claims, camgeom.Piece,
+    classes = [camgeom.Model, Results, MotionArrays, Flank, Solid, Extreme, Finding, camgeom.Claims, camgeom.Piece,
                camgeom.Parameter]  # fmt: skip
     parts.append("## Functions\n")
     parts += [_function(f"camgeom.{name}", getattr(camgeom, name)) for name in functions]

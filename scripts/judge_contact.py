@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[1]
 if str(ROOT) not in sys.path:
     sys.path.insert(0, str(ROOT))
 
-from camgeom.mechanics.finite_contact import Bodies, Profile  # noqa: E402
+from camgeom.mechanics.finite_contact import AxialProfile, Bodies  # noqa: E402
 from camgeom.mechanics.halfspace import Even, pressed  # noqa: E402
 
 COMPLIANCE = 8.7e-6
@@ -27,12 +27,14 @@ LENGTH = 12.0
 AGREES = 1e-6
 CASES: dict[str, tuple[Bodies, float, float, tuple[int, int]]] = {
     # bodies, load N, width of the window mm, cells
-    "sharp ends": (Bodies(0.1, Profile(-6.0, 6.0), COMPLIANCE), 500.0, 0.4, (32, 64)),
-    "sharp ends, tilted": (Bodies(0.1, Profile(-6.0, 6.0), COMPLIANCE, 2e-4), 500.0, 0.6, (64, 64)),
-    "crown": (Bodies(0.1, Profile(-6.0, 6.0, 500.0), COMPLIANCE), 500.0, 0.5, (64, 64)),
-    "crown tilted to its end": (Bodies(0.1, Profile(-6.0, 6.0, 500.0), COMPLIANCE, 9e-3), 500.0, 0.5, (64, 64)),
-    "crown twisted": (Bodies(0.1, Profile(-6.0, 6.0, 800.0), COMPLIANCE, 1e-3, 0.05), 500.0, 0.8, (64, 64)),
-    "logarithmic, tilted": (Bodies(0.1, Profile(-6.0, 6.0, run_out=0.002), COMPLIANCE, 3e-4), 500.0, 0.6, (64, 64)),
+    "sharp ends": (Bodies(0.1, AxialProfile(-6.0, 6.0), COMPLIANCE), 500.0, 0.4, (32, 64)),
+    "sharp ends, tilted": (Bodies(0.1, AxialProfile(-6.0, 6.0), COMPLIANCE, 2e-4), 500.0, 0.6, (64, 64)),
+    "crown": (Bodies(0.1, AxialProfile(-6.0, 6.0, 500.0), COMPLIANCE), 500.0, 0.5, (64, 64)),
+    "crown tilted to its end": (Bodies(0.1, AxialProfile(-6.0, 6.0, 500.0), COMPLIANCE, 9e-3), 500.0, 0.5, (64, 64)),
+    "crown twisted": (Bodies(0.1, AxialProfile(-6.0, 6.0, 800.0), COMPLIANCE, 1e-3, 0.05), 500.0, 0.8, (64, 64)),
+    "logarithmic, tilted": (
+        Bodies(0.1, AxialProfile(-6.0, 6.0, run_out=0.002), COMPLIANCE, 3e-4), 500.0, 0.6, (64, 64)
+    ),
 }
 
 

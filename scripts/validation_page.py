@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 if TYPE_CHECKING:
-    from camgeom.validation import Row, Source
+    from camgeom.validation import JudgedEntry, Source
 
 DOCS = ROOT / "docs"
 AUDIT = """# The five sources, line by line
@@ -51,7 +51,7 @@ def places() -> list[list[str]]:
     return [line.split("\t") for line in lines if line and not line.startswith("#")]
 
 
-def audit(sources: Sequence[Source], rows: Sequence[Row]) -> str:
+def audit(sources: Sequence[Source], rows: Sequence[JudgedEntry]) -> str:
     """The audit: a table a source, with the numbers of its rows."""
     from camgeom.validation.page import number, printed
 

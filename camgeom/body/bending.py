@@ -13,12 +13,12 @@ from camgeom.body.element import NATURAL, largest_principal, shapes, stresses, t
 from camgeom.body.end_face import EndFaceSection
 from camgeom.body.groove import Groove, Walled, groove_of
 from camgeom.body.grooves import DrumGrooves, DrumStack, PlateFaces, PlateGrooves, grooves_of
-from camgeom.body.load import Patch, nodal_forces
+from camgeom.body.load import LoadPatch, nodal_forces
 from camgeom.body.rib import RibSection
 from camgeom.body.ring import RingMesh, ring_about
 from camgeom.body.section import Fineness, GroovedSection
 from camgeom.body.solver import elastic
-from camgeom.body.stress import Bending, Peak
+from camgeom.body.stress import Bending, StressPeak
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
@@ -74,13 +74,13 @@ class GrooveBending:
         """What makes its stress smaller."""
         return "a thicker wall or a larger root radius"
 
-    def peaks(self, patch: Patch, material: Material) -> tuple[Peak, ...]:
+    def peaks(self, patch: LoadPatch, material: Material) -> tuple[StressPeak, ...]:
         """On two meshes."""
         if self.sharp:
             return ()
         return tuple(self.peak(patch, material, times, step) for times, step in enumerate(STEPS, start=1))
 
-    def nominal(self, ring: RingMesh, moved: Floats, patch: Patch, material: Floats) -> Floats:
+    def nominal(self, ring: RingMesh, moved: Floats, patch: LoadPatch, material: Floats) -> Floats:
         """Membrane and bending of the stress out of the groove, at the flank's foot."""
         nodes = ring.elements.reshape(len(ring.planes), -1, 20)
         across: list[Floats] = []
@@ -93,7 +93,7 @@ class GrooveBending:
         membrane, bending = linearised(np.array(places), np.array(across))
         return membrane + bending
 
-    def peak(self, patch: Patch, material: Material, times: int, step: float) -> Peak:
+    def peak(self, patch: LoadPatch, material: Material, times: int, step: float) -> StressPeak:
         """Largest principal stress on the root's face under a patch, on a mesh so many times refined."""
         section = self._section(Fineness.fine_at(patch.second, times))
         ring = ring_about(section, patch.middle, step)
@@ -112,7 +112,7 @@ class GrooveBending:
         point = x[element, FACE[corner]]
         azimuth = float(np.arctan2(point[1], point[0]))
         cut = cut_of(ring, moved, problem.material, section.outline, shape.depth, azimuth)
-        return Peak(float(found[element, corner]), point, problem.cost.unknowns, cut)
+        return StressPeak(float(found[element, corner]), point, problem.cost.unknowns, cut)
 
 
 def linearised(places: Floats, stress: Floats) -> tuple[Floats, Floats]:
@@ -148,7 +148,7 @@ class FaceBending:
         """What makes its stress smaller."""
         return "a thicker ring, or a lower one"
 
-    def nominal(self, ring: RingMesh, moved: Floats, patch: Patch, material: Floats) -> Floats:
+    def nominal(self, ring: RingMesh, moved: Floats, patch: LoadPatch, material: Floats) -> Floats:
         """Membrane and bending of the axial stress above the web, on the side that is pulled more."""
         del patch
         nodes = ring.elements.reshape(len(ring.planes), -1, 20)
@@ -158,7 +158,7 @@ class FaceBending:
                                        np.array([stress[..., 2] for stress, _ in found]))  # fmt: skip
         return np.asarray(np.maximum(membrane + np.abs(bending), 0.0))
 
-    def peaks(self, patch: Patch, material: Material) -> tuple[Peak, ...]:
+    def peaks(self, patch: LoadPatch, material: Material) -> tuple[StressPeak, ...]:
         """None."""
         del patch, material
         return ()
@@ -186,7 +186,7 @@ class RibBending:
         """What makes its stress smaller."""
         return "a thicker rib (`cam.rib_thickness`), a lower one, or a gentler motion, which leaves more of it"
 
-    def nominal(self, ring: RingMesh, moved: Floats, patch: Patch, material: Floats) -> Floats:
+    def nominal(self, ring: RingMesh, moved: Floats, patch: LoadPatch, material: Floats) -> Floats:
         """Membrane and bending of the radial stress at the foot, on the side that is pulled more: from Gauss points
         above it, since no mesh tells the stress in the corners themselves."""
         del patch
@@ -207,7 +207,7 @@ class RibBending:
             places.append(x[..., 2])
         return np.array(linearised(np.array(places), np.array(across)))
 
-    def peaks(self, patch: Patch, material: Material) -> tuple[Peak, ...]:
+    def peaks(self, patch: LoadPatch, material: Material) -> tuple[StressPeak, ...]:
         """None."""
         del patch, material
         return ()

@@ -1,9 +1,10 @@
 """How far the cam's body gives way below its contacts: what the formulas of contact leave out.
 
 A contact's formula holds the cam as a half-space down to a depth of its own: a line contact as deep as the roller is
-thick (`mechanics.hertz.line_approach`), an ellipse and a half-space that is solved without end. The flank's deflection
-on a mesh holds the same part once more, as well as the mesh can, so it is not taken. Taken is the displacement u at a
-depth z below the contact, less what the formula's half-space moves there against its own depth, along the force F:
+thick (`mechanics.hertz.line_flexibility`), an ellipse and a half-space that is solved without end. The flank's
+deflection on a mesh holds the same part once more, as well as the mesh can, so it is not taken. Taken is the
+displacement u at a depth z below the contact, less what the formula's half-space moves there against its own depth,
+along the force F:
 
     c = sum F (u(z) - w(z)) / (sum F)^2
 
@@ -25,7 +26,7 @@ from camgeom.body.element import elasticity
 from camgeom.body.end_face import EndFaceSection
 from camgeom.body.groove import groove_of
 from camgeom.body.load import (
-    Patch,
+    LoadPatch,
     RollerForce,
     RollerLoad,
     disc_patch,
@@ -34,7 +35,7 @@ from camgeom.body.load import (
 )
 from camgeom.body.plate import PlateSection
 from camgeom.body.rib import RibSection
-from camgeom.body.ring import RingMesh, Section, even_planes, ring_of
+from camgeom.body.ring import RingMesh, SweptSection, even_planes, ring_of
 from camgeom.body.section import Fineness, GroovedSection
 from camgeom.body.solver import elastic
 from camgeom.body.sparse_solver import AT_ONCE, SparseElastic
@@ -137,8 +138,8 @@ def sunk(mesh: RingMesh | TetraMesh, cell: str, moved: Floats, load: PointLoad, 
 class _Ring:
     """A section's ring, to be loaded; `of` gives the patch that a load is on its contour."""
 
-    section: Section
-    of: Callable[[PointLoad], Patch]
+    section: SweptSection
+    of: Callable[[PointLoad], LoadPatch]
     own: Own
 
     def works(self, cases: Sequence[Sequence[PointLoad]]) -> list[Floats]:

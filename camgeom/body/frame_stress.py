@@ -18,7 +18,7 @@ from camgeom.body.element import NATURAL, elasticity, largest_principal, stresse
 from camgeom.body.frame import HELD, FrameCells, FrameMesh
 from camgeom.body.load import ALONG, PER_TURN, QUIET
 from camgeom.body.sparse_solver import SparseElastic
-from camgeom.body.stress import Peak, with_hardest
+from camgeom.body.stress import StressPeak, with_hardest
 from camgeom.errors import DesignError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
@@ -272,11 +272,11 @@ class FrameBending:
         return f"window's corner beside the {self.patch.where} of the frame"
 
     @cached_property
-    def peaks(self) -> tuple[Peak, ...]:
+    def peaks(self) -> tuple[StressPeak, ...]:
         """On the coarser and the finer mesh; none of a sharp corner."""
         return tuple(self.peak(FrameCells.fine(times)) for times in TIMES) if self.plate.corner else ()
 
-    def peak(self, cells: FrameCells) -> Peak:
+    def peak(self, cells: FrameCells) -> StressPeak:
         """Largest principal stress on the corners' faces under the load, on one mesh."""
         frame = FrameMesh(self.plate, cells)
         mesh, material = frame.mesh, elasticity(self.material.elastic_modulus, self.material.poisson)
@@ -291,7 +291,7 @@ class FrameBending:
         point = mesh.nodes[nodes[element, corner]]
         x, y, stress = plate_cut(mesh, moved, material, float(point[2]))
         cut = Cut(None, x, y, stress, self.plate.outside, frame.depth, frame.holes)
-        return Peak(float(found[element, corner]), point, 3 * (len(mesh.nodes) - len(mesh.sets[HELD])), cut)
+        return StressPeak(float(found[element, corner]), point, 3 * (len(mesh.nodes) - len(mesh.sets[HELD])), cut)
 
 
 @final

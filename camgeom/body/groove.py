@@ -37,7 +37,7 @@ KEYWAY = "the keyway is left out"
 
 @final
 @immutable(eq=True)
-class Shape:
+class GrooveShape:
     """Numbers of a grooved body, mm, and names of its faces.
 
     sense       +1 where the cam turns counter-clockwise
@@ -79,7 +79,7 @@ class Groove(Walled, Protocol):
     """A body with one closed groove between two walls."""
 
     @property
-    def shape(self) -> Shape:
+    def shape(self) -> GrooveShape:
         """Its numbers. Raises DesignError where it is no ring."""
 
     def rounded(self, root: float) -> Self:
@@ -151,10 +151,10 @@ class DrumGroove:
     body: GroovedCylinder
 
     @cached_property
-    def shape(self) -> Shape:
+    def shape(self) -> GrooveShape:
         """Its numbers. Raises DesignError without a bore."""
         body, track = self.body, self.body.track
-        return Shape(track.sense, track.root, body.radius - track.tip, radius_at(track, track.foot), track.foot,
+        return GrooveShape(track.sense, track.root, body.radius - track.tip, radius_at(track, track.foot), track.foot,
                      (0.0, body.length), bore_radius(body.blank.bore), ("end_lower", "end_upper", "bore"),
                      ("lower", "upper"), left_out(body.blank.bore))  # fmt: skip
 
@@ -234,12 +234,12 @@ class PlateGroove:
         return rim, bore_radius(self.plate.bore)
 
     @cached_property
-    def shape(self) -> Shape:
+    def shape(self) -> GrooveShape:
         """Its numbers. Raises DesignError without a bore."""
         body, plate, (rim, bore) = self.body, self.plate, self.radii
         up, flanks, faces = body.way > 0.0, ("outer", "inner"), ("rim", "bore")
         back = (plate.z0, "end_lower") if up else (-plate.z1, "end_upper")
-        return Shape(self.track.sense, body.root, abs(body.top - body.floor), radius_at(self.track, body.foot),
+        return GrooveShape(self.track.sense, body.root, abs(body.top - body.floor), radius_at(self.track, body.foot),
                      body.way * body.foot, (-rim, -bore) if up else (bore, rim), back[0],
                      (*(faces if up else faces[::-1]), back[1]), flanks if up else flanks[::-1],
                      left_out(plate.bore))  # fmt: skip

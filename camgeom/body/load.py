@@ -37,7 +37,7 @@ QUIET = 1e-9
 
 @final
 @immutable
-class Patch:
+class LoadPatch:
     """The pressed patch at one cam angle.
 
     theta      cam angle, rad; normal: force of the contact as the duty gives it, N; where: which flank, in words
@@ -148,20 +148,20 @@ class RollerLoad:
         worst = int(np.argmax(value))
         return Extreme(float(value[worst]), float(theta[worst]))
 
-    def asked(self, angle: float | None) -> Patch:
+    def asked(self, angle: float | None) -> LoadPatch:
         """The patch at a cam angle, rad; None: where force over squared thickness is largest."""
         return self.patch(self.hardest.cam_angle if angle is None else angle)
 
-    def patch(self, theta: float) -> Patch:
+    def patch(self, theta: float) -> LoadPatch:
         """The patch pressed at a cam angle, rad. Raises DesignError where nothing presses."""
         side, t, share, _ = self.force.line(theta)
         place, azimuth, n = self.body.place(theta, side, t)
         wall = float(self.thickness(np.array([theta]))[0])
-        return Patch(theta, float(share.sum()), self.body.word(side), place, azimuth, (share * n).T, wall,
+        return LoadPatch(theta, float(share.sum()), self.body.word(side), place, azimuth, (share * n).T, wall,
                      self.body.second(side))  # fmt: skip
 
 
-def asked_patch(body: Walled, duties: Sequence[RollerDuty], angle: float | None) -> Patch:
+def asked_patch(body: Walled, duties: Sequence[RollerDuty], angle: float | None) -> LoadPatch:
     """The patch of the rollers that press a ring's flanks at a cam angle, rad: that of the one that presses hardest.
 
     None: where force over squared thickness is largest of all.
@@ -190,7 +190,7 @@ def plate_angle(drive: FaceDuty, discs: Sequence[Prism], angle: float | None) ->
     return best[0], best[1]
 
 
-def plate_patch(drive: FaceDuty, number: int, disc: Prism, theta: float) -> Patch:
+def plate_patch(drive: FaceDuty, number: int, disc: Prism, theta: float) -> LoadPatch:
     """The patch that a planar cam's touch presses at a cam angle, rad: even over the length that touches.
 
     Raises DesignError where nothing presses.
@@ -206,10 +206,10 @@ def plate_patch(drive: FaceDuty, number: int, disc: Prism, theta: float) -> Patc
     azimuth = np.full(ALONG, float(np.arctan2(curve.points[1, 0], curve.points[0, 0])))
     push = -touch.material * np.append(curve.normals[:, 0], 0.0)
     room = float(np.hypot(*curve.points[:, 0])) - (0.5 * disc.bore.diameter if disc.bore is not None else 0.0)
-    return Patch(theta, normal, touch.name, share, azimuth, np.outer(0.5 * normal * w, push), room)
+    return LoadPatch(theta, normal, touch.name, share, azimuth, np.outer(0.5 * normal * w, push), room)
 
 
-def turret_patch(duty: TurretDuty, discs: Sequence[Prism], index: int) -> tuple[Prism, Patch]:
+def turret_patch(duty: TurretDuty, discs: Sequence[Prism], index: int) -> tuple[Prism, LoadPatch]:
     """The disc of a turret's cam that is pressed hardest at a sample point of its duty, and the patch."""
     points, *rest = duty.pressed(index)
     on = [(points[:, 2] > disc.z0) & (points[:, 2] < disc.z1) for disc in discs]
@@ -219,15 +219,15 @@ def turret_patch(duty: TurretDuty, discs: Sequence[Prism], index: int) -> tuple[
     return discs[which], disc_patch(discs[which], load)
 
 
-def disc_patch(disc: Prism, load: PointLoad) -> Patch:
+def disc_patch(disc: Prism, load: PointLoad) -> LoadPatch:
     """The patch of what presses a disc."""
     x = load.points
     room = float(np.hypot(x[:, 0], x[:, 1]).min()) - (0.5 * disc.bore.diameter if disc.bore is not None else 0.0)
     place, azimuth = (x[:, 2] - disc.z0) / (disc.z1 - disc.z0), np.arctan2(x[:, 1], x[:, 0])
-    return Patch(load.theta, float(load.sizes.sum()), disc.name, place, azimuth, load.forces, room)
+    return LoadPatch(load.theta, float(load.sizes.sum()), disc.name, place, azimuth, load.forces, room)
 
 
-def nodal_forces(ring: RingMesh, loads: Sequence[Sequence[Patch]]) -> Floats:
+def nodal_forces(ring: RingMesh, loads: Sequence[Sequence[LoadPatch]]) -> Floats:
     """Forces (v, 3, k), N, on all nodes, that do the same work as the patches of each load on the elements'
     displacements."""
     found = np.zeros((len(ring.nodes), 3, len(loads)))

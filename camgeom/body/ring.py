@@ -27,7 +27,7 @@ CHUNK = 24
 """planes whose nodes are computed together"""
 
 
-class Section(Protocol):
+class SweptSection(Protocol):
     """What is swept: a cross-section in blocks of quadratic quadrilaterals, the layer below the loaded flank first."""
 
     @property
@@ -58,7 +58,7 @@ class RingMesh:
     contour  (a, b) quadrilaterals of the graded layer's first row, in order along the groove's contour
     """
 
-    section: Section
+    section: SweptSection
     planes: Floats
     face: Floats
     middle: Floats
@@ -105,7 +105,7 @@ class RingMesh:
         return np.diff(np.append(self.planes, self.planes[0] + TURN))
 
 
-def ring_of(section: Section, planes: Floats) -> RingMesh:
+def ring_of(section: SweptSection, planes: Floats) -> RingMesh:
     """The mesh of a drum's section swept over planes (n,) of azimuth, rad. Raises as `DrumSection.blocks`."""
     steps = np.diff(np.append(planes, planes[0] + TURN))
     psi = np.concatenate([planes, planes + 0.5 * steps])
@@ -159,7 +159,7 @@ def even_planes(count: int) -> Floats:
     return np.linspace(0.0, TURN, count, endpoint=False)
 
 
-def ring_about(section: Section, azimuth: float, step: float) -> RingMesh:
+def ring_about(section: SweptSection, azimuth: float, step: float) -> RingMesh:
     """The ring with close planes about one azimuth, rad, and as few elsewhere as leave no element folded.
 
     Raises DesignError where none will do.

@@ -31,7 +31,7 @@ MOST_BYTES = 2.6e9
 
 @final
 @immutable(eq=True)
-class Cost:
+class SolverCost:
     """What a factorisation takes, known before it starts."""
 
     unknowns: int
@@ -57,11 +57,11 @@ class Elastic:
         return tuple((3 * k[:, None] + np.arange(3)).ravel() for k in (free, other))  # type: ignore[return-value]
 
     @cached_property
-    def cost(self) -> Cost:
+    def cost(self) -> SolverCost:
         """What the factorisation takes."""
         n, (face, half) = len(self.ring.planes), self._free
         m, c = float(len(face)), float(len(half))
-        return Cost(int(n * (m + c)), 8.0 * n * (3.0 * m * m + c * c + 2.0 * c * m))
+        return SolverCost(int(n * (m + c)), 8.0 * n * (3.0 * m * m + c * c + 2.0 * c * m))
 
     @cached_property
     def _factors(self) -> _Factors:

@@ -29,7 +29,7 @@ AT_ONCE = 8
 """loads solved together: what a matrix is read for once"""
 
 
-class Cells(Protocol):
+class QuadraticMesh(Protocol):
     """A mesh of quadratic elements, corners first, then the middles of edges."""
 
     @property
@@ -57,7 +57,7 @@ class Cells(Protocol):
 class SparseElastic:
     """Elements of one material, of stiffness (6, 6), MPa, whose nodes of the set `held` do not move; mm, N."""
 
-    mesh: Cells
+    mesh: QuadraticMesh
     material: Floats
     held: str = "bore"
 

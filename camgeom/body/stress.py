@@ -18,8 +18,8 @@ import numpy.typing as npt
 
 from camgeom.body.cut import Cut
 from camgeom.body.groove import Walled
-from camgeom.body.load import Patch, RollerLoad, asked_patch, nodal_forces
-from camgeom.body.ring import RingMesh, Section, even_planes, ring_of
+from camgeom.body.load import LoadPatch, RollerLoad, asked_patch, nodal_forces
+from camgeom.body.ring import RingMesh, SweptSection, even_planes, ring_of
 from camgeom.body.solver import elastic
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
@@ -40,7 +40,7 @@ AGREE = 0.05
 
 @final
 @immutable
-class Peak:
+class StressPeak:
     """The peak on one mesh: stress, MPa, its point (3,), mm, the unknowns that were solved for, and a section there."""
 
     value: float
@@ -49,7 +49,7 @@ class Peak:
     cut: Cut | None = None
 
 
-class Loaded(Protocol):
+class PeakLoad(Protocol):
     """The load that a peak is asked of."""
 
     @property
@@ -88,7 +88,7 @@ class Stressed(Protocol):
         """The place of the nominal stress at a cam angle, rad, in words."""
 
     @property
-    def patch(self) -> Loaded:
+    def patch(self) -> PeakLoad:
         """The load that the peak is asked of."""
 
     @property
@@ -96,7 +96,7 @@ class Stressed(Protocol):
         """The place of that peak in words."""
 
     @property
-    def peaks(self) -> tuple[Peak, ...]:
+    def peaks(self) -> tuple[StressPeak, ...]:
         """The peak on the coarser and the finer mesh; none of a sharp root, whose stress has no end."""
 
     @property
@@ -133,12 +133,12 @@ class RootStress:
         return Extreme(float(self.nominal[i]), theta, where=self.body.where(theta) if self.nominal[i] else "")
 
     @property
-    def patch(self) -> Loaded:
+    def patch(self) -> PeakLoad:
         """The load that the peak is asked of."""
         return self.body.patch
 
     @cached_property
-    def peaks(self) -> tuple[Peak, ...]:
+    def peaks(self) -> tuple[StressPeak, ...]:
         """The peak on the coarser and the finer mesh; none of a sharp root."""
         return self.body.peaks
 
@@ -200,7 +200,7 @@ class Bending(Protocol):
     """A ring body with a wall that bends on its root."""
 
     @property
-    def section(self) -> Section:
+    def section(self) -> SweptSection:
         """The coarse section that is swept for the nominal stress."""
 
     @property
@@ -215,10 +215,10 @@ class Bending(Protocol):
     def remedy(self) -> str:
         """What makes its stress smaller."""
 
-    def nominal(self, ring: RingMesh, moved: Floats, patch: Patch, material: Floats) -> Floats:
+    def nominal(self, ring: RingMesh, moved: Floats, patch: LoadPatch, material: Floats) -> Floats:
         """Nominal stress (2 n,), MPa, of the pressed wall between the planes of a ring with displacements (v, 3)."""
 
-    def peaks(self, patch: Patch, material: Material) -> tuple[Peak, ...]:
+    def peaks(self, patch: LoadPatch, material: Material) -> tuple[StressPeak, ...]:
         """The peak on the coarser and the finer mesh; none of a sharp root, whose stress has no end."""
 
 
@@ -260,9 +260,9 @@ class PressedRing:
         return tuple(RollerLoad(self.ring.walled, duty) for duty in self.duties)
 
     @cached_property
-    def patches(self) -> dict[int, list[Patch]]:
+    def patches(self) -> dict[int, list[LoadPatch]]:
         """The pressed patches by the number of their angle."""
-        found: dict[int, list[Patch]] = {}
+        found: dict[int, list[LoadPatch]] = {}
         for load in self._loads:
             for i in np.flatnonzero(load.force.presses(self.theta)).tolist():
                 found.setdefault(i, []).append(load.patch(float(self.theta[i])))
@@ -288,7 +288,7 @@ class PressedRing:
         return "" if hardest is None else f"root of {hardest.where}"
 
     @cached_property
-    def patch(self) -> Patch:
+    def patch(self) -> LoadPatch:
         """The load that the peak is asked of."""
         return asked_patch(self.ring.walled, self.duties, self.angle)
 
@@ -298,7 +298,7 @@ class PressedRing:
         return f"root of {self.patch.where}"
 
     @cached_property
-    def peaks(self) -> tuple[Peak, ...]:
+    def peaks(self) -> tuple[StressPeak, ...]:
         """On the coarser and the finer mesh."""
         return self.ring.peaks(self.patch, self.material)
 

@@ -14,7 +14,7 @@ from camgeom.body.end_face import EndFaceSection
 from camgeom.body.groove import groove_of
 from camgeom.body.grooves import grooves_of
 from camgeom.body.load import (
-    Patch,
+    LoadPatch,
     RollerForce,
     RollerLoad,
     asked_patch,
@@ -106,7 +106,7 @@ class BodyVolume:
     name: str
     ring: RingMesh
     material: Material
-    patch: Patch
+    patch: LoadPatch
     cell: str = "hexahedron20"
     held: str = "bore"
 
@@ -167,7 +167,7 @@ class PressedBy:
 
 @final
 @immutable
-class Pressed:
+class LoadedTrack:
     """One of several tracks of a body: its tools, its duties, and the cam angle, rad, by which its own is less."""
 
     cutters: tuple[Track, ...]
@@ -175,7 +175,7 @@ class Pressed:
     angle: float
 
 
-def grooved_volume(part: Part, tracks: Sequence[Pressed], material: Material, angle: float | None) -> BodyVolume:
+def grooved_volume(part: Part, tracks: Sequence[LoadedTrack], material: Material, angle: float | None) -> BodyVolume:
     """A body with several grooves under the load of the track that is pressed hardest at a cam angle, rad.
 
     None: where force over squared thickness of the wall is largest of all. Raises as `volume_of`.
@@ -250,7 +250,7 @@ def volume_of(
     return TetraVolume(part.name, filled(part, surface()), material, load)
 
 
-def _pressed_disc(discs: list[Prism], pressing: PressedBy, angle: float | None) -> tuple[Prism, Patch]:
+def _pressed_disc(discs: list[Prism], pressing: PressedBy, angle: float | None) -> tuple[Prism, LoadPatch]:
     """The disc of a planar cam that is pressed hardest, and the patch."""
     if pressing.turret is not None:
         return turret_patch(pressing.turret, discs, turret_sample(pressing.turret, angle))

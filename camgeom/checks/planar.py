@@ -10,7 +10,6 @@ import numpy as np
 
 from camgeom.checks import check
 from camgeom.checks.verdict import NO_GAP, Finding, NotJudged, judged
-from camgeom.track.follower import SwingingFollower
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -55,10 +54,7 @@ def face_width(model: Model) -> Iterable[Finding | NotJudged]:
     follower, needed = model.setup.follower, model.planar.face_needed if model.planar else None
     if needed is None:
         return
-    # The face of an arm ends with the arm where nothing else is said.
-    width = follower.face_width
-    if width is None and isinstance(follower, SwingingFollower):
-        width = follower.arm
+    width = follower.face_end if follower.face_width is None else follower.face_width
     if width is None:
         yield NotJudged("face-width", f"no follower.face_width: the contact needs {needed.value:.6g} mm")
         return

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from camgeom.maths.extremum import Extreme
     from camgeom.mechanics.slide_drive import SlideDrive
     from camgeom.model import Model
-    from camgeom.model.output import Output
+    from camgeom.model.output import ShaftDemand
 
 TORQUE = "less mass, force or speed, more angle for the motion, a smoother law, or a stronger drive"
 FORCE = "less mass, load or speed, a gentler motion, or a smoother or longer way round of the plate's drive"
@@ -165,7 +165,7 @@ def bolts(model: Model) -> Iterable[Finding]:
                      where="room for the bolts' heads on their turret")  # fmt: skip
 
 
-def _output(model: Model) -> Output | None:
+def _output(model: Model) -> ShaftDemand | None:
     """The load of the output shaft, where the profile gives one; what is solved has to be fine enough."""
     if model.output is not None and model.profile.dynamics_spec is not None:
         refuse_coarse(model)

@@ -126,9 +126,9 @@ def law_data(found: Best, keys: dict[str, Any]) -> dict[str, Any]:
     """The law as plain data, normalised; null where a value is infinite or not asked for."""
     peaks = {name: value if isfinite(value) else None for name, value in found.peaks.items()}
     x = np.linspace(0.0, 1.0, POINTS)
-    from camgeom.motion.table import Table
+    from camgeom.motion.table import PieceTable
 
-    jet = Table.of(found.pieces).jet(x, 2)
+    jet = PieceTable.of(found.pieces).jet(x, 2)
     return {
         "possible": True,
         "minimise": keys["minimise"],
@@ -239,11 +239,11 @@ def written(
 ) -> list[Path]:
     """The law as a segment (TOML), as a table (CSV) and on a page; each file appears whole or not at all."""
     from camgeom.export.files import atomic_write
-    from camgeom.motion.table import Table
+    from camgeom.motion.table import PieceTable
     from camgeom.report.page import render
 
     x = np.linspace(0.0, 1.0, POINTS)
-    rows = np.vstack([x, Table.of(found.pieces).jet(x, 3)]).T
+    rows = np.vstack([x, PieceTable.of(found.pieces).jet(x, 3)]).T
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(("x", "lift", "velocity", "acceleration", "jerk"))
@@ -288,9 +288,9 @@ def page(found: Best, keys: dict[str, Any], points: list[tuple[float, float, flo
 def motion_chart(found: Best) -> Chart:
     """Lift, velocity, acceleration and jerk over the travel."""
     from camgeom.drawing.content import Axis, Chart, Panel, Series
-    from camgeom.motion.table import Table
+    from camgeom.motion.table import PieceTable
 
-    table = Table.of(found.pieces)
+    table = PieceTable.of(found.pieces)
     words = ("Lift s", "Velocity s'", "Acceleration s''", "Jerk s'''")
     x = np.concatenate([np.linspace(piece.start, piece.end, 41) for piece in found.pieces])
     index = np.repeat(np.arange(len(found.pieces)), 41)

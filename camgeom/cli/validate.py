@@ -15,7 +15,7 @@ from camgeom.cli.tables import aligned
 
 if TYPE_CHECKING:
     from camgeom.drawing.content import Block
-    from camgeom.validation import Row, Source
+    from camgeom.validation import JudgedEntry, Source
 
 
 def run(arguments: argparse.Namespace, console: Console) -> int:
@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     return 0
 
 
-def _lines(sources: Sequence[Source], rows: Sequence[Row]) -> list[str]:
+def _lines(sources: Sequence[Source], rows: Sequence[JudgedEntry]) -> list[str]:
     """A table a source, with the reasons of what is not confirmed below it."""
     from camgeom.validation.page import counted, number, printed
 
@@ -66,11 +66,11 @@ def _lines(sources: Sequence[Source], rows: Sequence[Row]) -> list[str]:
     return [*lines, f"{len(rows)} results: {counted(rows)}"]
 
 
-def _json(rows: Sequence[Row]) -> str:
+def _json(rows: Sequence[JudgedEntry]) -> str:
     return json.dumps({"rows": [row.as_dict() for row in rows]}, indent=2, allow_nan=False, ensure_ascii=False)
 
 
-def _written(folder: Path, sources: Sequence[Source], rows: Sequence[Row], console: Console) -> list[Path]:
+def _written(folder: Path, sources: Sequence[Source], rows: Sequence[JudgedEntry], console: Console) -> list[Path]:
     """The page as HTML, with the figures, and as Markdown, and the data, each whole or not at all."""
     from camgeom.export.files import atomic_write
     from camgeom.report.page import render

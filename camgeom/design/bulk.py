@@ -154,7 +154,7 @@ def check_of(name: str, profile: Profile) -> str:
     """The check by the name that it has for what presses the cam: a roller, faces, or rollers that share."""
     if name not in (PRESSURE, LIFE):
         return name
-    if profile.follower.kind == "turret":
+    if profile.follower.shares:
         return f"turret-{name}"
     if profile.roller is None:
         return f"face-{name}"

@@ -13,7 +13,7 @@ from camgeom.design import Choice, Design, light_checks
 from camgeom.design.planar import (
     STEP,
     UNBUILDABLE,
-    Wanted,
+    PlanarLimits,
     asking,
     largest_pressure,
     smallest_radius,
@@ -29,7 +29,7 @@ SCANNED, LARGEST = 25, 1000.0
 """middle radii that are tried first, and the largest of them, mm"""
 
 
-def margins(profile: Profile, radius: float, wanted: Wanted) -> dict[str, float]:
+def margins(profile: Profile, radius: float, wanted: PlanarLimits) -> dict[str, float]:
     """How far each limit is kept with a middle radius, mm, as a share of it; negative where it is not."""
     cam = _ring(profile, radius)
     model = Model(profile.model_copy(update={"cam": cam}))

@@ -27,8 +27,14 @@ from camgeom.profile import Profile, from_data, parse
 from camgeom.profile.text import replaced
 from camgeom.profile.units import INCH
 from camgeom.solid.prism import Prism
-from camgeom.track.follower import SwingingFollower
-from camgeom.track.outline import CircleOutline, Measured, Outline, ParallelOutline, PolygonOutline, RollerOutline
+from camgeom.track.outline import (
+    CircleOutline,
+    Outline,
+    OutlineIntegrals,
+    ParallelOutline,
+    PolygonOutline,
+    RollerOutline,
+)
 
 PER_TURN = 720
 SCANNED, EVENLY = 33, 97
@@ -75,7 +81,7 @@ def smallest_flat_base(program: Program, radius: float = 0.0) -> float:
 
 @final
 @immutable(eq=True)
-class Wanted:
+class PlanarLimits:
     """Limits that a cam must keep; None: not asked for.
 
     pressure_angle_deg    largest pressure angle
@@ -88,7 +94,7 @@ class Wanted:
     contact_pressure_mpa: float | None = None
 
 
-def smallest_base_radius(profile: Profile, wanted: Wanted, low: float = 1.0, high: float = 1000.0) -> float:
+def smallest_base_radius(profile: Profile, wanted: PlanarLimits, low: float = 1.0, high: float = 1000.0) -> float:
     """Smallest base radius, mm, from which on a planar cam keeps the limits, up to `high` or as far as it can be built.
 
     Any follower: radii are scanned, geometrically and, where an arm forms a triangle with its centre distance, evenly
@@ -97,7 +103,7 @@ def smallest_base_radius(profile: Profile, wanted: Wanted, low: float = 1.0, hig
     radius that comes nearest and the limit that fails there.
     """
     radii = np.geomspace(low, high, SCANNED)
-    if isinstance(profile.follower, SwingingFollower):
+    if profile.follower.rotating:
         cam = profile.cam
         centre = (cam.center_distance if isinstance(cam, Disc | Conjugate) else None) or high
         radii = np.unique(np.concatenate([radii, np.linspace(low, min(high, 2.0 * centre), EVENLY)]))
@@ -141,7 +147,7 @@ def smallest_radius(margins_of: Callable[[float], dict[str, float]], radii: Floa
     return float(root[0])
 
 
-def margins(profile: Profile, radius: float, wanted: Wanted) -> dict[str, float]:
+def margins(profile: Profile, radius: float, wanted: PlanarLimits) -> dict[str, float]:
     """How far each limit is kept, as a share of it; negative where it is not.
 
     Of a disc with several tracks that of every track: those that state no base radius have this one too.
@@ -223,7 +229,7 @@ def balance(prism: Prism, density: float) -> Balance:
         outlines.append(CircleOutline(0.5 * prism.bore.diameter))
     area, moment, polar = 0.0, np.zeros(2), 0.0
     for sign, outline in zip([1.0, *([-1.0] * (len(outlines) - 1))], outlines):
-        found = Measured(outline).properties
+        found = OutlineIntegrals(outline).properties
         area += sign * found.area
         moment += sign * found.area * np.array(found.centroid)
         polar += sign * (found.moments[0] + found.moments[1])
@@ -299,7 +305,7 @@ def unit_of(profile: Profile) -> float:
     return INCH if profile.units == "inch" else 1.0
 
 
-def wanted_of(profile: Profile, limits: Mapping[str, float | None]) -> Wanted:
+def wanted_of(profile: Profile, limits: Mapping[str, float | None]) -> PlanarLimits:
     """The limits given, else those of the profile. Raises ProfileError for one that no cam can keep."""
     ranges = {"pressure_angle": ("deg", 90.0), "convex_radius": ("mm", inf), "contact_pressure": ("MPa", inf)}
     bad = [
@@ -310,25 +316,17 @@ def wanted_of(profile: Profile, limits: Mapping[str, float | None]) -> Wanted:
     if bad:
         raise ProfileError(bad)
     own = profile.limits.for_follower(profile.follower)
-    if limits["pressure_angle"] is not None and _square(profile):
+    if limits["pressure_angle"] is not None and profile.roller is None and profile.follower.square:
         text = "a flat face pushes square to itself: its pressure angle is 0 on a cam of any size"
         raise ProfileError([Problem("--pressure-angle", text, limits["pressure_angle"], "", "leave it out")])
     angle, pressure = limits["pressure_angle"], limits["contact_pressure"]
     pressure = own.contact_pressure_mpa if pressure is None else pressure
     if pressure is not None and profile.operation is None:
         raise ProfileError([Problem("--contact-pressure", "the profile has no [operation] to compute it from")])
-    return Wanted(own.pressure_angle_deg if angle is None else angle, limits["convex_radius"] or 0.0, pressure)
+    return PlanarLimits(own.pressure_angle_deg if angle is None else angle, limits["convex_radius"] or 0.0, pressure)
 
 
-def _square(profile: Profile) -> bool:
-    """Whether what slides on the cam is flat and moves square to itself."""
-    follower = profile.follower
-    if profile.roller is not None or follower.face != "flat":
-        return False
-    return not isinstance(follower, SwingingFollower) or follower.face_offset == 0.0
-
-
-def _offset(profile: Profile, wanted: Wanted) -> float:
+def _offset(profile: Profile, wanted: PlanarLimits) -> float:
     """The best offset of a translating roller follower, mm, to a hundredth."""
     follower, mechanism = profile.follower, profile.cam.mechanism(profile.setup())
     simple = follower.face == "roller" and not follower.rotating and len(mechanism.tracks) == 1
@@ -358,7 +356,7 @@ def with_key(text: str, table: str, key: str, value: float) -> str:
 
 __all__ = [
     "Balance",
-    "Wanted",
+    "PlanarLimits",
     "asking",
     "balance",
     "best_offset",

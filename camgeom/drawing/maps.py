@@ -10,7 +10,7 @@ from camgeom.drawing.content import Axis, Map
 from camgeom.drawing.plots import (
     NARROW,
     WIDE,
-    Frame,
+    PlotFrame,
     axis_title,
     covered,
     draw_x_texts,
@@ -47,7 +47,7 @@ def map_sheet(chart: Map, width: float) -> Sheet:
         height = min(height, (right - left) * y_span / x_span)
         right = left + height * x_span / y_span
     x = x_ticks(_tight(chart.x, chart.x_at) if chart.to_scale else chart.x, [_ends(chart.x_at)], right - left)
-    frame = Frame((left, top + 1.9 * FONT, right, top + 1.9 * FONT + height), x, y)
+    frame = PlotFrame((left, top + 1.9 * FONT, right, top + 1.9 * FONT + height), x, y)
     sheet = Sheet(width, frame.box[3] + 3.2 * FONT)
     _draw_bar(sheet, chart, bar, width, narrow)
     sheet.text(0.0, top + 1.1 * FONT, axis_title(chart.y, y), "start", "axis")
@@ -104,7 +104,7 @@ def _draw_bar(sheet: Sheet, chart: Map, bar: Ticks, width: float, narrow: bool) 
             end = sheet.text(x, 18.0 + FONT, text, "middle", "tick")[2]
 
 
-def _draw_cells(sheet: Sheet, chart: Map, frame: Frame, low: float, high: float) -> None:
+def _draw_cells(sheet: Sheet, chart: Map, frame: PlotFrame, low: float, high: float) -> None:
     x0, y0 = frame.one(*(float(e[0]) for e in (_ends(chart.x_at), _ends(chart.y_at))))
     x1, y1 = frame.one(*(float(e[1]) for e in (_ends(chart.x_at), _ends(chart.y_at))))
     href = picture(_refined(chart.values), low, high, chart.diverging)
@@ -125,7 +125,7 @@ def _refined(values: Floats) -> Floats:
     return values
 
 
-def _isolines(chart: Map, frame: Frame, bar: Ticks) -> list[tuple[float, str, Floats]]:
+def _isolines(chart: Map, frame: PlotFrame, bar: Ticks) -> list[tuple[float, str, Floats]]:
     """Value, text and segments (k, 2, 2), px, of the lines at the colour bar's values, up to the edge of the map."""
     x, y = (np.r_[ends[0], at, ends[1]] for at in (chart.x_at, chart.y_at) for ends in (_ends(at),))
     values = np.pad(chart.values, 1, mode="edge")
@@ -134,7 +134,7 @@ def _isolines(chart: Map, frame: Frame, bar: Ticks) -> list[tuple[float, str, Fl
     return [(value, text, frame.at(ends[..., 0], ends[..., 1])) for value, text, ends in found if len(ends)]
 
 
-def _number_lines(sheet: Sheet, frame: Frame, texts: list[str], middles: list[Floats]) -> None:
+def _number_lines(sheet: Sheet, frame: PlotFrame, texts: list[str], middles: list[Floats]) -> None:
     """Each number once, where it covers no words and least of the other lines; nowhere where it hides several."""
     x0, y0, x1, y1 = frame.box
     inner, middle = (x0 + 12.0, y0 + 4.0, x1 - 12.0, y1 - 4.0), 0.5 * (x0 + x1)

@@ -19,7 +19,7 @@ from camgeom.drawing.shapes import (
     Anchor,
     Cursor,
     Dot,
-    Grid,
+    GridLines,
     Lines,
     Painted,
     Pen,
@@ -164,7 +164,7 @@ def _printed(shape: Shape, corner: Floats) -> list[Printed]:
     if isinstance(shape, Rectangle):
         x0, y0, x1, y1 = shape.box
         ends = np.array([[[x0, y0], [x1, y0], [x1, y1], [x0, y1]]])
-    elif isinstance(shape, Grid):
+    elif isinstance(shape, GridLines):
         x0, y0, x1, y1 = shape.box
         ends = np.array([[[x, y0], [x, y1]] for x in shape.x] + [[[x0, y], [x1, y]] for y in shape.y])
     else:

@@ -10,7 +10,7 @@ from typing import final
 import numpy as np
 
 from camgeom.drawing.content import CAM_ANGLE, Axis, Band, Chart, Panel, Series
-from camgeom.drawing.shapes import Box, Cursor, Dot, Grid, Lines, Rectangle, Segments, Shape, Window
+from camgeom.drawing.shapes import Box, Cursor, Dot, GridLines, Lines, Rectangle, Segments, Shape, Window
 from camgeom.drawing.sheet import (
     FONT,
     Sheet,
@@ -36,7 +36,7 @@ _SWATCH = 24.0
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Frame:
+class PlotFrame:
     """A rectangle (px) with the ranges of x and y it shows."""
 
     box: Box
@@ -93,12 +93,12 @@ def axis_title(axis: Axis, scale: Ticks) -> str:
     return f"{axis.label}, {scale.factor} {axis.unit}".rstrip()
 
 
-def draw_grid(sheet: Sheet, frame: Frame, *, bottom: bool) -> None:
+def draw_grid(sheet: Sheet, frame: PlotFrame, *, bottom: bool) -> None:
     """Grid lines, y tick texts, the frame; x tick texts where this is the lowest panel."""
     x0, _, x1, _ = frame.box
     across = tuple(frame.one(x, 0)[0] for x in frame.x.at.tolist())
     up = tuple(frame.one(0, y)[1] for y in frame.y.at.tolist())
-    sheet.add(Grid("grid", frame.box, across, up))
+    sheet.add(GridLines("grid", frame.box, across, up))
     if frame.y.low < 0.0 < frame.y.high:
         sheet.line(x0, frame.one(0, 0)[1], x1, frame.one(0, 0)[1], "zero")
     for y, text in zip(frame.y.at.tolist(), frame.y.texts):
@@ -108,7 +108,7 @@ def draw_grid(sheet: Sheet, frame: Frame, *, bottom: bool) -> None:
         draw_x_texts(sheet, frame)
 
 
-def draw_x_texts(sheet: Sheet, frame: Frame) -> None:
+def draw_x_texts(sheet: Sheet, frame: PlotFrame) -> None:
     """Tick texts under the frame, the outer ones kept on the sheet."""
     for x, text in zip(frame.x.at.tolist(), frame.x.texts):
         half = 0.5 * text_width(text)
@@ -187,7 +187,7 @@ def dense(xy: Floats, step: float = 4.0) -> Floats:
     return np.column_stack([np.interp(at, length, xy[:, 0]), np.interp(at, length, xy[:, 1])])
 
 
-def linked(axis: Axis, frame: Frame, spans: list[tuple[float, float]]) -> tuple[Cursor, ...]:
+def linked(axis: Axis, frame: PlotFrame, spans: list[tuple[float, float]]) -> tuple[Cursor, ...]:
     """A cursor that the page moves to the common cam angle, over the given heights (px); none for another axis."""
     if axis.label != CAM_ANGLE.label:
         return ()
@@ -217,12 +217,12 @@ def chart_sheet(chart: Chart, width: float) -> Sheet:
     right = max(right, 0.5 * text_width(scale.texts[-1]) if len(scale.at) and scale.at[-1] == scale.high else 0.0)
     sheet = Sheet(width, bottom + 3.2 * FONT)
     for slot in slots:
-        frame = Frame((left, slot.y0, width - right, slot.y1), scale, slot.scale)
+        frame = PlotFrame((left, slot.y0, width - right, slot.y1), scale, slot.scale)
         _draw_panel(sheet, frame, slot, chart, last=slot is slots[-1])
     title = axis_title(chart.x, scale)
     middle = min(max(0.5 * (left + width - right), 0.5 * text_width(title)), width - 0.5 * text_width(title))
     sheet.text(middle, bottom + 2.75 * FONT, title, "middle", "axis")
-    span = Frame((left, slots[0].y0, width - right, bottom), scale, slots[0].scale)
+    span = PlotFrame((left, slots[0].y0, width - right, bottom), scale, slots[0].scale)
     sheet.add(*linked(chart.x, span, [(slot.y0, slot.y1) for slot in slots]))
     return sheet
 
@@ -292,7 +292,7 @@ def _all_x(chart: Chart) -> list[Floats]:
     return [s.x for panel in chart.panels for s in panel.series] + [b.x for panel in chart.panels for b in panel.bands]
 
 
-def _draw_panel(sheet: Sheet, frame: Frame, slot: _Slot, chart: Chart, *, last: bool) -> None:
+def _draw_panel(sheet: Sheet, frame: PlotFrame, slot: _Slot, chart: Chart, *, last: bool) -> None:
     x0, y0, x1, y1 = frame.box
     named = slot.panel is chart.panels[0] and _named_zones(chart, sheet.width)
     for zone in chart.zones:
@@ -317,7 +317,7 @@ def _draw_panel(sheet: Sheet, frame: Frame, slot: _Slot, chart: Chart, *, last: 
         _draw_direct(sheet, frame, slot.panel)
 
 
-def _draw_header(sheet: Sheet, slot: _Slot, frame: Frame) -> None:
+def _draw_header(sheet: Sheet, slot: _Slot, frame: PlotFrame) -> None:
     for number, row in enumerate(slot.rows):
         base = slot.top + _LINE * number + 1.1 * FONT
         x = 0.0
@@ -339,7 +339,7 @@ def _draw_header(sheet: Sheet, slot: _Slot, frame: Frame) -> None:
             x += _SWATCH + 20.0 + text_width(name)
 
 
-def _draw_lines(sheet: Sheet, frame: Frame, panel: Panel) -> Floats:
+def _draw_lines(sheet: Sheet, frame: PlotFrame, panel: Panel) -> Floats:
     """Bands, then lines, clipped to the frame; returns points along all of them (k, 2), px."""
     entries = _entries(panel)
     points: list[Floats] = []
@@ -363,7 +363,7 @@ def _draw_lines(sheet: Sheet, frame: Frame, panel: Panel) -> Floats:
     return np.vstack(points) if points else np.empty((0, 2))
 
 
-def _draw_limit(sheet: Sheet, frame: Frame, value: float, label: str, vertical: bool, lines: Floats) -> None:
+def _draw_limit(sheet: Sheet, frame: PlotFrame, value: float, label: str, vertical: bool, lines: Floats) -> None:
     x0, y0, x1, y1 = frame.box
     at = frame.one(value, value)[0 if vertical else 1]
     sheet.line(*((at, y0, at, y1) if vertical else (x0, at, x1, at)), "at" if vertical else "limit")
@@ -382,7 +382,7 @@ def _draw_limit(sheet: Sheet, frame: Frame, value: float, label: str, vertical: 
     sheet.text(*min(spots, key=cost), label, "start", "note" if vertical else "limit-text")
 
 
-def _draw_direct(sheet: Sheet, frame: Frame, panel: Panel) -> None:
+def _draw_direct(sheet: Sheet, frame: PlotFrame, panel: Panel) -> None:
     """Names at the right ends of the lines, pushed apart to a line's height."""
     items: list[Series | Band] = [*panel.series, *panel.bands]
     _, y0, x1, y1 = frame.box

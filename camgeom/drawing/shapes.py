@@ -42,7 +42,7 @@ class Segments:
 
 @final
 @dataclass(frozen=True, slots=True)
-class Grid:
+class GridLines:
     """Upright lines at x and level lines at y, from edge to edge of a box."""
 
     style: str
@@ -113,7 +113,7 @@ class Cursor:
     heights: tuple[tuple[float, float], ...]
 
 
-Painted = Lines | Segments | Grid | Rectangle | Dot | Words
+Painted = Lines | Segments | GridLines | Rectangle | Dot | Words
 Shape = Painted | Picture | Window | Cursor
 
 
@@ -138,7 +138,7 @@ class Pen:
             case Segments():
                 data = "".join(f"M{n(a)} {n(b)}L{n(c)} {n(d)}" for a, b, c, d in shape.ends.reshape(-1, 4).tolist())
                 return f'<path{paint} d="{data}"/>'
-            case Grid():
+            case GridLines():
                 left, top, right, bottom = map(n, shape.box)
                 upright, level = map(n, shape.x), map(n, shape.y)
                 parts = [*(f"M{x} {top}V{bottom}" for x in upright), *(f"M{left} {y}H{right}" for y in level)]

@@ -27,7 +27,7 @@ _Function = TypeVar("_Function", bound=Callable[..., int])
 
 
 @immutable
-class Body:
+class NamedMesh:
     """One named solid of a file: its mesh in mm in the cam frame, and a colour (sRGB, 0 to 1) or None."""
 
     name: str
@@ -110,13 +110,15 @@ def format_of(path: Path | str, takes: str | None = None, extra: Mapping[str, Fo
     raise ExportError(f"{path}: no writer for {suffix}{hint and '; ' + hint} (there are {', '.join(offered)})")
 
 
-def as_bodies(solid: Mesh | Body | Sequence[Body | tuple[str, Mesh]], name: str = "cam") -> tuple[Body, ...]:
+def as_bodies(
+    solid: Mesh | NamedMesh | Sequence[NamedMesh | tuple[str, Mesh]], name: str = "cam"
+) -> tuple[NamedMesh, ...]:
     """A mesh, a body or a sequence of bodies or (name, mesh) pairs as bodies; ExportError where one is empty."""
     if isinstance(solid, Mesh):
-        return as_bodies([Body(name, solid)])
-    if isinstance(solid, Body):
+        return as_bodies([NamedMesh(name, solid)])
+    if isinstance(solid, NamedMesh):
         return as_bodies([solid])
-    bodies = tuple(item if isinstance(item, Body) else Body(item[0], item[1]) for item in solid)
+    bodies = tuple(item if isinstance(item, NamedMesh) else NamedMesh(item[0], item[1]) for item in solid)
     if not bodies:
         raise ExportError("nothing to write: no body given")
     for body in bodies:
@@ -125,7 +127,7 @@ def as_bodies(solid: Mesh | Body | Sequence[Body | tuple[str, Mesh]], name: str 
     return bodies
 
 
-def common_fields(path: Path, bodies: Sequence[Body]) -> tuple[str, ...]:
+def common_fields(path: Path, bodies: Sequence[NamedMesh]) -> tuple[str, ...]:
     """Names of the bodies' result fields, for a format with one table of vertices; ExportError where they differ."""
     names = tuple(bodies[0].mesh.fields)
     for body in bodies:
@@ -135,7 +137,8 @@ def common_fields(path: Path, bodies: Sequence[Body]) -> tuple[str, ...]:
 
 
 def write_mesh(
-    solid: Mesh | Body | Sequence[Body | tuple[str, Mesh]], path: Path | str, *, name: str = "cam", **options: Any
+    solid: Mesh | NamedMesh | Sequence[NamedMesh | tuple[str, Mesh]], path: Path | str, *, name: str = "cam",
+    **options: Any,
 ) -> int:
     """Write a mesh or several bodies to a file, the format by extension; returns the bytes written.
 
@@ -156,5 +159,5 @@ def write(model: Model, path: Path | str, **options: Any) -> int:
         if form.extension == ".stl":
             # Of all formats of triangles it alone may be coarser than the mesh.
             options = {"tolerance": model.tolerance, **options}
-        return write_mesh([Body(solid.name, solid.mesh) for solid, _ in model.workpieces], path, **options)
+        return write_mesh([NamedMesh(solid.name, solid.mesh) for solid, _ in model.workpieces], path, **options)
     return form.write(Path(path), model if form.takes == "model" else getattr(model, form.takes), **options)

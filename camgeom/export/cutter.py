@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camgeom.errors import DesignError, ExportError
-from camgeom.export import Body, write_mesh, writer
+from camgeom.export import NamedMesh, write_mesh, writer
 from camgeom.export.files import atomic_write, write_csv
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
@@ -326,7 +326,7 @@ def write_rest_vtu(path: Path, outcome: Outcome) -> int:
     for field in _rest_fields(path, outcome):
         mesh = _rest_surface(field)
         if len(mesh.faces):
-            bodies.append(Body(_named(field, " "), mesh))
+            bodies.append(NamedMesh(_named(field, " "), mesh))
     return write_mesh(bodies, path)
 
 

@@ -210,7 +210,7 @@ Layer = Literal["blank", "bore", "centre", "turret", "rollers", "mark", "frame",
 
 
 @immutable(eq=True)
-class Disc:
+class FullCircle:
     """A full circle: layer, centre and radius, mm."""
 
     layer: Layer
@@ -242,7 +242,7 @@ class PlaneView:
 
     name: str
     curves: tuple[PlaneCurve, ...] = ()
-    discs: tuple[Disc, ...] = ()
+    discs: tuple[FullCircle, ...] = ()
     strokes: tuple[Stroke, ...] = ()
     labels: tuple[Label, ...] = ()
     notes: tuple[str, ...] = ()
@@ -322,7 +322,7 @@ def _outlines(model: Model, outlines: Mapping[str, Outline], cutter_radius: floa
     discs, strokes = _openings(model)
     base = model.mechanism.base_radius
     if base is not None:
-        discs.append(Disc("centre", (0.0, 0.0), base))
+        discs.append(FullCircle("centre", (0.0, 0.0), base))
     name = "profile"
     if len(model.grooves) > 1:
         name = f"track {model.groove + 1}"
@@ -346,9 +346,9 @@ def _path(track: Track) -> PlaneCurve:
     return PlaneCurve("pitch curve", "pitch", at, track.knots(), closed=False)
 
 
-def _openings(model: Model) -> tuple[list[Disc], list[Stroke]]:
+def _openings(model: Model) -> tuple[list[FullCircle], list[Stroke]]:
     """Bore, keyway, phase marks and plate rim of the model's parts, each once."""
-    discs: dict[Disc, None] = {}
+    discs: dict[FullCircle, None] = {}
     strokes: dict[Stroke, None] = {}
     for part in model.parts:
         circles: list[tuple[Layer, Loop]] = []
@@ -358,7 +358,7 @@ def _openings(model: Model) -> tuple[list[Disc], list[Stroke]]:
             circles += [("mark", hole) for hole in part.holes]
         for layer, loop in circles:
             if isinstance(loop.outline, CircleOutline):
-                discs[Disc(layer, loop.outline.centre, loop.outline.radius)] = None
+                discs[FullCircle(layer, loop.outline.centre, loop.outline.radius)] = None
         if isinstance(part, GroovedPlate | Prism) and part.bore is not None:
             strokes[_bore_stroke(part.bore)] = None
     return list(discs), list(strokes)
@@ -471,7 +471,7 @@ def _turret(model: Model, follower: TurretFollower) -> PlaneView:
     second = np.array([0.0, 0.0, 1.0]) if abs(spin[2]) < 0.5 else np.cross(spin, first)
     frame = np.stack([first, second])
     strokes: list[Stroke] = []
-    discs = [Disc("centre", (distance, 0.0), follower.pitch_radius)]
+    discs = [FullCircle("centre", (distance, 0.0), follower.pitch_radius)]
     radius = follower.pitch_radius
     for k in range(follower.count):
         turned = Track(**{**vars(track), "shift": track.shift + k * TURN / follower.count})
@@ -480,7 +480,7 @@ def _turret(model: Model, follower: TurretFollower) -> PlaneView:
         delta, r = _meridian(track)
         if float(np.hypot(*u)) < 0.5:
             middle = (float(a[0]), float(a[1]))
-            discs.append(Disc("rollers", middle, float(r.max())))
+            discs.append(FullCircle("rollers", middle, float(r.max())))
         else:
             across = np.array([-u[1], u[0]])
             one, two = a + delta[:, None] * u + r[:, None] * across, a + delta[:, None] * u - r[:, None] * across

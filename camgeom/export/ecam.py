@@ -98,7 +98,7 @@ ORDERS: dict[Interpolation, int] = {straight: 2, quintic: 4}
 
 
 @immutable
-class Axis:
+class CamAxis:
     """What one follower does over the cam's angle.
 
     angle  of its place about the cam, rad: it does later by that what its program says
@@ -111,7 +111,7 @@ class Axis:
     unit: str
 
     @classmethod
-    def of(cls, model: Model) -> Axis:
+    def of(cls, model: Model) -> CamAxis:
         """The axis of a model's follower."""
         rotating = model.profile.rotating
         scale, unit = (degrees(1.0), "deg") if rotating else (1.0, "mm")
@@ -146,7 +146,7 @@ def master_tables(models: Sequence[Model], interpolation: Interpolation) -> tupl
     `[output] table_tolerance` (mm or deg) chooses the rows, or `table_points`. Raises NotConverged where the tolerance
     needs more than MOST points.
     """
-    output, axes = models[0].profile.output, [Axis.of(one) for one in models]
+    output, axes = models[0].profile.output, [CamAxis.of(one) for one in models]
     if output.table_tolerance is not None:
         theta = _within(axes, interpolation, output.table_tolerance)
     else:
@@ -159,7 +159,7 @@ def master_tables(models: Sequence[Model], interpolation: Interpolation) -> tupl
     return tuple(tables)
 
 
-def _jets(axis: Axis, theta: Floats) -> Floats:
+def _jets(axis: CamAxis, theta: Floats) -> Floats:
     """Jets (4, n) per degree; where both sides differ, their mean."""
     scale = radians(1.0) ** np.arange(4)[:, None]
     right, left = scale * axis.jet(theta), scale * axis.jet(theta, side="left")
@@ -167,7 +167,7 @@ def _jets(axis: Axis, theta: Floats) -> Floats:
     return np.asarray(np.where(np.abs(right - left) > EVEN * size, 0.5 * (right + left), right))
 
 
-def _errors(axis: Axis, theta: Floats, jet: Floats, interpolation: Interpolation) -> Floats:
+def _errors(axis: CamAxis, theta: Floats, jet: Floats, interpolation: Interpolation) -> Floats:
     """Largest error (n - 1,) between neighbouring rows, in the table's unit.
 
     Exact where it comes near the largest of all; elsewhere that at SHARES.
@@ -188,7 +188,7 @@ def _errors(axis: Axis, theta: Floats, jet: Floats, interpolation: Interpolation
     return np.asarray(error)
 
 
-def _within(axes: Sequence[Axis], interpolation: Interpolation, tolerance: float) -> Floats:
+def _within(axes: Sequence[CamAxis], interpolation: Interpolation, tolerance: float) -> Floats:
     """Angles, with every knot of the motions among them, between which every error stays within the tolerance."""
     theta = distinct(np.concatenate([axis.knots for axis in axes]))
     for _ in range(40):
@@ -393,6 +393,6 @@ def write_polydyne_csv(path: Path, model: Model) -> int:
     phi = distinct(phi)
     columns = {"cam_angle_deg": np.degrees(phi)}
     for one, own in studies:
-        axis, whose = Axis.of(one), f"follower_{one.number + 1}." if one.number else ""
+        axis, whose = CamAxis.of(one), f"follower_{one.number + 1}." if one.number else ""
         columns[f"{whose}cam_lift_{axis.unit}"] = axis.scale * own.jet(phi - one.angle, 0)[0]
     return write_csv(path, list(columns), [("", np.stack(list(columns.values()), axis=1))])

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from camgeom import __version__
 from camgeom.errors import ExportError
-from camgeom.export import Body, Colour, writer
+from camgeom.export import Colour, NamedMesh, writer
 from camgeom.export.files import atomic_write
 from camgeom.maths.creases import shade
 
@@ -32,7 +32,7 @@ _SCALE = np.array(
 
 
 @writer(".glb", "GLB (glTF 2.0) for viewers, one primitive a face group; float32")
-def write_glb(path: Path, bodies: Sequence[Body], colour_by: str | None = None, crease: float = 30.0) -> int:
+def write_glb(path: Path, bodies: Sequence[NamedMesh], colour_by: str | None = None, crease: float = 30.0) -> int:
     """Write the bodies to a GLB file; returns the bytes written.
 
     The format wants metres and Y upward: the coordinates stay in mm (as float32, rounded by at most 6e-8 of their size)
@@ -78,7 +78,8 @@ def write_glb(path: Path, bodies: Sequence[Body], colour_by: str | None = None, 
 
 
 def _primitives(
-    document: dict[str, Any], blocks: list[npt.NDArray[np.generic]], body: Body, colour_by: str | None, crease: float
+    document: dict[str, Any], blocks: list[npt.NDArray[np.generic]], body: NamedMesh, colour_by: str | None,
+    crease: float,
 ) -> list[dict[str, Any]]:
     """One primitive a face group; they share the body's vertices."""
     mesh = body.mesh

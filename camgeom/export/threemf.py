@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import IO
 
 from camgeom import __version__
-from camgeom.export import Body, writer
+from camgeom.export import NamedMesh, writer
 from camgeom.export.files import atomic_write, number_lines
 
 _NAMESPACE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
@@ -31,7 +31,7 @@ _LARGE = 1 << 31
 
 
 @writer(".3mf", "3MF for slicers and printers, one object a body; coordinates to 1e-7 mm")
-def write_3mf(path: Path, bodies: Sequence[Body]) -> int:
+def write_3mf(path: Path, bodies: Sequence[NamedMesh]) -> int:
     """Write the bodies to a 3MF file (core specification, mm), coordinates to 1e-7 mm; returns the bytes written.
 
     One object and one build item a body, in the place where it stands in the cam frame; the colour as a base material.
@@ -55,7 +55,7 @@ def _entry(name: str) -> zipfile.ZipInfo:
     return entry
 
 
-def _write_model(model: IO[bytes], title: str, bodies: Sequence[Body]) -> None:
+def _write_model(model: IO[bytes], title: str, bodies: Sequence[NamedMesh]) -> None:
     def put(text: str) -> None:
         model.write(text.encode("utf-8"))
 
@@ -97,5 +97,5 @@ def _plain(text: str) -> str:
     return shown.encode("utf-8", "replace").decode("utf-8")
 
 
-def _hex(body: Body) -> str:
+def _hex(body: NamedMesh) -> str:
     return "#" + "".join(f"{round(255 * max(0.0, min(1.0, c))):02X}" for c in body.colour or _DEFAULT_COLOUR)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from camgeom.errors import ExportError
-from camgeom.export import Body, common_fields, writer
+from camgeom.export import NamedMesh, common_fields, writer
 from camgeom.export.files import atomic_write, number_lines
 from camgeom.maths.mesh import Mesh
 
@@ -31,7 +31,7 @@ def rounding(mesh: Mesh) -> float:
 
 
 @writer(".stl", "binary STL; coordinates rounded to float32, names and fields lost")
-def write_stl(path: Path, bodies: Sequence[Body], tolerance: float | None = None) -> int:
+def write_stl(path: Path, bodies: Sequence[NamedMesh], tolerance: float | None = None) -> int:
     """Write the bodies' triangles to a binary STL file in mm; returns the bytes written.
 
     The format holds float32: a coordinate is rounded by at most 6e-8 of its size (4e-6 mm at 67 mm). Vertices shared in
@@ -72,7 +72,7 @@ def _blocks(mesh: Mesh) -> Iterator[memoryview]:
 
 
 @writer(".obj", "Wavefront OBJ text with groups; coordinates to 1e-9 mm")
-def write_obj(path: Path, bodies: Sequence[Body]) -> int:
+def write_obj(path: Path, bodies: Sequence[NamedMesh]) -> int:
     """Write the bodies to an OBJ file in mm, coordinates to 1e-9 mm; returns the bytes written.
 
     Each body is an object (`o`), each of its face groups a group (`g body_group`). Fields have no place in the format.
@@ -100,7 +100,7 @@ def _word(name: str) -> str:
 
 
 @writer(".ply", "binary PLY with result fields on the vertices; exact")
-def write_ply(path: Path, bodies: Sequence[Body]) -> int:
+def write_ply(path: Path, bodies: Sequence[NamedMesh]) -> int:
     """Write the bodies to a little-endian PLY file in mm; returns the bytes written.
 
     Vertices carry x, y, z and every field as doubles, bit for bit; faces carry `group` and `body`, whose names stand in
@@ -127,7 +127,7 @@ def write_ply(path: Path, bodies: Sequence[Body]) -> int:
         return stream.tell()
 
 
-def _ply_header(bodies: Sequence[Body], names: Sequence[str]) -> bytes:
+def _ply_header(bodies: Sequence[NamedMesh], names: Sequence[str]) -> bytes:
     lines = ["ply", "format binary_little_endian 1.0", "comment camgeom, lengths in mm"]
     for number, body in enumerate(bodies):
         lines.append(f"comment body {number} {_ascii_word(body.name)}")

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.export import Body, common_fields, writer
+from camgeom.export import NamedMesh, common_fields, writer
 from camgeom.export.files import atomic_write
 
 _TYPES = {"f8": "Float64", "i4": "Int32", "i8": "Int64", "u1": "UInt8", "u2": "UInt16"}
@@ -17,7 +17,7 @@ _TRIANGLE = 5
 
 
 @writer(".vtu", "VTU for ParaView with result fields and face groups; exact")
-def write_vtu(path: Path, bodies: Sequence[Body]) -> int:
+def write_vtu(path: Path, bodies: Sequence[NamedMesh]) -> int:
     """Write the bodies to a VTU file in mm, doubles bit for bit; returns the bytes written.
 
     Point data: every field. Cell data: `group` and `body`, numbers whose names stand in the comment at the head. Raises
@@ -61,7 +61,7 @@ def write_vtu(path: Path, bodies: Sequence[Body]) -> int:
         return stream.tell()
 
 
-def _sections(bodies: Sequence[Body], names: Sequence[str]) -> dict[str, dict[str, npt.NDArray[np.generic]]]:
+def _sections(bodies: Sequence[NamedMesh], names: Sequence[str]) -> dict[str, dict[str, npt.NDArray[np.generic]]]:
     """The file's arrays by section and name, little endian and contiguous."""
     starts = np.cumsum([0] + [len(body.mesh.vertices) for body in bodies])
     faces = np.concatenate([body.mesh.faces + np.int32(start) for body, start in zip(bodies, starts)])
@@ -84,7 +84,7 @@ def _as(values: npt.NDArray[np.generic], kind: str) -> npt.NDArray[np.generic]:
     return np.ascontiguousarray(values, dtype=kind)
 
 
-def _names(bodies: Sequence[Body]) -> str:
+def _names(bodies: Sequence[NamedMesh]) -> str:
     """What the numbers of bodies and groups mean; no `--`, which would end the comment."""
     text = "; ".join(
         f"body {i} {body.name}: " + ", ".join(f"group {k} {group}" for k, group in enumerate(body.mesh.groups))

@@ -57,7 +57,7 @@ class Contact:
         """Peak pressure of the loaded wall at the sample points, MPa, (..., p, n)."""
         return np.asarray(np.sqrt(np.maximum(np.maximum(self.behind, self.ahead), 0.0)))
 
-    def peak(self) -> Peak:
+    def peak(self) -> PressurePeak:
         """Largest peak pressure over the turn and where; infinite for a variant that is not sound."""
         value = np.stack([self.behind, self.ahead])
         square, angle = highest(self.panels, value)
@@ -65,12 +65,12 @@ class Contact:
         best = np.take_along_axis(square, wall[None], axis=0)[0]
         where = np.take_along_axis(angle, wall[None], axis=0)[0]
         pressure = np.where(self.sound, np.sqrt(np.maximum(best, 0.0)), np.inf)
-        return Peak(np.asarray(pressure), np.asarray(where), np.asarray(1 - 2 * wall))
+        return PressurePeak(np.asarray(pressure), np.asarray(where), np.asarray(1 - 2 * wall))
 
 
 @final
 @immutable
-class Peak:
+class PressurePeak:
     """Largest peak pressure, MPa, its cam angle, rad, and its wall (1 behind, -1 ahead); each (...)."""
 
     pressure: Floats
@@ -128,18 +128,6 @@ def uniform_slices(force: ArrayLike, widths: ArrayLike, cosines: ArrayLike = 1.0
     w, c = np.broadcast_arrays(np.asarray(widths, dtype=np.float64), np.asarray(cosines, dtype=np.float64))
     total = np.asarray(force, dtype=np.float64)[..., None]
     return np.asarray(total / (w * c).sum(axis=-1, keepdims=True) * np.ones_like(w))
-
-
-def crown_gaps(stations: ArrayLike, arc: ArrayLike, centre: ArrayLike = 0.0) -> Floats:
-    """Gap, mm, of a roller crowned to the radius `arc` (mm) at each station (mm): arc - sqrt(arc² - (x - centre)²).
-
-    Raises ValueError where a station lies beyond the arc.
-    """
-    x = np.asarray(stations, dtype=np.float64) - np.asarray(centre, dtype=np.float64)
-    radius = np.asarray(arc, dtype=np.float64)
-    if np.any(np.abs(x) > radius):
-        raise ValueError("a station lies beyond the crown's arc")
-    return np.asarray(x * (x / (radius + np.sqrt((radius - x) * (radius + x)))))
 
 
 def share_load(force: ArrayLike, stations: ArrayLike, widths: ArrayLike, curvature: ArrayLike, roller: Material,

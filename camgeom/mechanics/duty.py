@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from camgeom.mechanics.bearing import BearingLife
     from camgeom.mechanics.contact import Stiffness
     from camgeom.mechanics.film import Film, Oil
-    from camgeom.mechanics.finite_contact import Patch
+    from camgeom.mechanics.finite_contact import PressurePatch
     from camgeom.mechanics.kept import Kept
     from camgeom.mechanics.rating import Rating
 
@@ -228,7 +228,7 @@ def inside_data(inside: Extreme) -> dict[str, Any]:
     }
 
 
-def patch_data(patch: Patch, stiff: Stiffness, middle: float) -> dict[str, Any]:
+def patch_data(patch: PressurePatch, stiff: Stiffness, middle: float) -> dict[str, Any]:
     """Of a contact on a half-space: where its load acts (delta; `middle` is y = 0), error of its peak, approach,
     stiffness."""
     return {

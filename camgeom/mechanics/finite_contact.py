@@ -22,7 +22,7 @@ from camgeom.immutable import immutable
 from camgeom.maths import Floats, gauss_rule
 from camgeom.maths.frozen import cached_property, frozen
 from camgeom.mechanics import hertz
-from camgeom.mechanics.halfspace import NOWHERE, Even, Influence, Strips, pressed
+from camgeom.mechanics.halfspace import NOWHERE, Even, Influence, StripSpectrum, pressed
 
 ACROSS, ALONG = 64, 64
 """cells of the solution"""
@@ -43,7 +43,7 @@ KNOWN = 512
 
 @final
 @immutable(eq=True)
-class Profile:
+class AxialProfile:
     """Drop of a roller along its axis, mm; y = 0 is the crest of its crown.
 
     low, high    where its length ends, low < 0 < high
@@ -114,7 +114,7 @@ class Bodies:
     """
 
     curvature: float
-    profile: Profile
+    profile: AxialProfile
     compliance: float
     tilt: float = 0.0
     twist: float = 0.0
@@ -149,7 +149,7 @@ class Bodies:
 
 @final
 @immutable
-class Patch:
+class PressurePatch:
     """Pressure, MPa, (nx, ny), of cells about x (nx,) and y (ny,), mm, of even width across; along (ny,), mm.
 
     approach  of both bodies, mm, of points far away, since they touched first; steps: of the conjugate gradients
@@ -357,7 +357,7 @@ def press(
     along: int = ALONG,
     strips: int = STRIPS,
     checked: bool = True,
-) -> Patch:
+) -> PressurePatch:
     """The contact of two bodies under a load, N, above 0: found on a coarse grid, solved on one fitted to it.
 
     Even cells where it ends a cell before the roller does, `strips` that grow from the ends where they bear.
@@ -365,7 +365,7 @@ def press(
     not found. The latest are kept: the rigid load, its states and its lives ask for the same ones.
     """
     rough = _found(bodies, load)
-    patches: list[Patch] = []
+    patches: list[PressurePatch] = []
     for part in (2, 1) if checked else (1,):
         if any(rough.near_ends):
             rough = _on_strips(bodies, load, patches[-1] if patches else rough, across // part, strips // part)
@@ -375,7 +375,7 @@ def press(
     return frozen(replace(rough, error=abs(patches[0].peak[0] / rough.peak[0] - 1.0) if checked else inf))
 
 
-def _found(bodies: Bodies, load: float) -> Patch:
+def _found(bodies: Bodies, load: float) -> PressurePatch:
     """A first, coarse contact: a window that grows until it holds what touches and shrinks while it is too wide."""
     profile = bodies.profile
     half = 2.0 * sqrt(load * bodies.compliance / (pi * bodies.curvature * profile.length))
@@ -409,7 +409,7 @@ def _found(bodies: Bodies, load: float) -> Patch:
 
 
 def _even(bodies: Bodies, load: float, wide: float, ends: tuple[float, float], nx: int, ny: int,
-          before: Patch | None = None) -> Patch:
+          before: PressurePatch | None = None) -> PressurePatch:
     """The contact on even cells of a window, half as wide as `wide` tells, mm."""
     dx, dy = 2.0 * wide / nx, (ends[1] - ends[0]) / ny
     x, y = np.asarray((np.arange(nx) + 0.5) * dx - wide), np.asarray((np.arange(ny) + 0.5) * dy + ends[0])
@@ -418,26 +418,26 @@ def _even(bodies: Bodies, load: float, wide: float, ends: tuple[float, float], n
 
 
 def _solved(bodies: Bodies, load: float, x: Floats, y: Floats, along: Floats, influence: Influence,
-            before: Patch | None) -> Patch:
+            before: PressurePatch | None) -> PressurePatch:
     guess = _carried(before, x, y) if before is not None else None
     area = (x[1] - x[0]) * along[None, :]
     found = pressed(bodies.gap(x, y), influence, area, load, guess)
-    return Patch(bodies, load, x, y, along, found.pressure, found.approach - bodies.nearest, found.steps)
+    return PressurePatch(bodies, load, x, y, along, found.pressure, found.approach - bodies.nearest, found.steps)
 
 
-def _carried(patch: Patch, x: Floats, y: Floats) -> Floats:
+def _carried(patch: PressurePatch, x: Floats, y: Floats) -> Floats:
     """Its pressure between its cells, (nx, ny), as a guess for others: linear, 0 beyond."""
     rows = np.stack([np.interp(y, patch.y, row) for row in patch.pressure])
     return np.stack([np.interp(x, patch.x, column, 0.0, 0.0) for column in rows.T], axis=1)
 
 
-def _widest(patch: Patch) -> float:
+def _widest(patch: PressurePatch) -> float:
     """Half a window across that holds what touches, mm."""
     on = np.flatnonzero((patch.pressure > 0.0).any(axis=1))
     return WINDOW * (float(np.abs(patch.x[on]).max()) + 0.5 * patch.width)
 
 
-def _on_cells(bodies: Bodies, load: float, rough: Patch, nx: int, ny: int) -> Patch:
+def _on_cells(bodies: Bodies, load: float, rough: PressurePatch, nx: int, ny: int) -> PressurePatch:
     """The contact on even cells of the window of a rough one, wider where that was too narrow."""
     wide, (low, high) = _widest(rough), rough.span
     room = 0.5 * (WINDOW - 1.0) * (high - low)
@@ -456,7 +456,7 @@ def _on_cells(bodies: Bodies, load: float, rough: Patch, nx: int, ny: int) -> Pa
     raise NotConverged("the contact along the roller was not found: check length, crown and tilt against the load")
 
 
-def _on_strips(bodies: Bodies, load: float, rough: Patch, nx: int, ny: int) -> Patch:
+def _on_strips(bodies: Bodies, load: float, rough: PressurePatch, nx: int, ny: int) -> PressurePatch:
     """The contact on strips that grow away from the ends that bear."""
     wide, profile, bears = _widest(rough), bodies.profile, rough.near_ends
     mirrors = profile.reach if bodies.mirror > 0.0 else ()
@@ -474,7 +474,7 @@ def _on_strips(bodies: Bodies, load: float, rough: Patch, nx: int, ny: int) -> P
         middles = 0.5 * (edges[1:] + edges[:-1])
         dx = 2.0 * wide / nx
         x = np.asarray((np.arange(nx) + 0.5) * dx - wide)
-        influence = Strips(nx, dx, edges, bodies.compliance, mirrors, bodies.mirror * bodies.own)
+        influence = StripSpectrum(nx, dx, edges, bodies.compliance, mirrors, bodies.mirror * bodies.own)
         found = _solved(bodies, load, x, middles, np.diff(edges), influence, rough)
         p = found.pressure
         first, last = bool(p[:, 0].any()), bool(p[:, -1].any())

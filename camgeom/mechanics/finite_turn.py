@@ -20,7 +20,7 @@ from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import Panels, highest
 from camgeom.mechanics.contact import Stiffness
-from camgeom.mechanics.finite_contact import Bodies, Patch, Profile, press
+from camgeom.mechanics.finite_contact import AxialProfile, Bodies, PressurePatch, press
 
 BINS = 31
 """equal stretches along the roller, beside one at each end"""
@@ -73,7 +73,7 @@ class FiniteTurn:
         return low + room * (sharp[0] and bears[0]), high - room * (sharp[1] and bears[1])
 
     @property
-    def _profile(self) -> Profile:
+    def _profile(self) -> AxialProfile:
         """Of the roller: that of both walls."""
         return next(iter(self.walls.values())).profile
 
@@ -99,7 +99,7 @@ class FiniteTurn:
         """The same from the table's coarser cells."""
         total = np.zeros((len(self.places), *self.normal.shape))
         for wall in self.walls:
-            table = Table(self.walls[wall], self._of(wall), self.curvature, self.edges)
+            table = PressureTable(self.walls[wall], self._of(wall), self.curvature, self.edges)
             total += np.square(table.pressures(self._of(wall), self.curvature))
         return total
 
@@ -113,9 +113,9 @@ class FiniteTurn:
         return found
 
     @cached_property
-    def hardest(self) -> tuple[Extreme, Patch]:
+    def hardest(self) -> tuple[Extreme, PressurePatch]:
         """Where the table is hardest over the turn, and the contact solved there; an unbounded one before others."""
-        found: list[tuple[Extreme, Patch]] = []
+        found: list[tuple[Extreme, PressurePatch]] = []
         hardest = max(float(np.max(top)) for top, _, _ in self._tops.values())
         for wall, (top, angle, tabled) in self._tops.items():
             load, m = self._of(wall), int(np.argmax(top))
@@ -147,54 +147,54 @@ class FiniteTurn:
         return stiffness_of(self.hardest[1])
 
 
-def bins(profile: Profile) -> Floats:
+def bins(profile: AxialProfile) -> Floats:
     """Edges of the bins along a roller, mm from its middle, (BINS + 3,)."""
     middle = np.linspace(profile.low + profile.room, profile.high - profile.room, BINS + 1)
     return np.concatenate([profile.reach[:1], middle, profile.reach[1:]])
 
 
-def middles_of(edges: Floats, profile: Profile) -> Floats:
+def middles_of(edges: Floats, profile: AxialProfile) -> Floats:
     """Middles of the bins, those at the ends where the length ends, mm."""
     middles = 0.5 * (edges[1:] + edges[:-1])
     return np.concatenate([[profile.low], middles[1:-1], [profile.high]])
 
 
-def stiffness_of(patch: Patch) -> Stiffness:
+def stiffness_of(patch: PressurePatch) -> Stiffness:
     """Tangent and secant of a contact, N/mm."""
     loads = (patch.load * (1.0 + way * SMALL) for way in (-1.0, 1.0))
     less, more = (press(patch.bodies, load, *TABLED, checked=False).approach for load in loads)
     return Stiffness(2.0 * SMALL * patch.load / (more - less), patch.load / patch.approach)
 
 
-def refined(bodies: Bodies, load: float) -> Patch:
+def refined(bodies: Bodies, load: float) -> PressurePatch:
     """The contact under a load, N, on strips so fine that its peak is known, as far as it can be."""
     patch = press(bodies, load, strips=FINE)
     return press(bodies, load, strips=FINER) if unknown(patch) else patch
 
 
-def square(patch: Patch) -> float:
+def square(patch: PressurePatch) -> float:
     """Pressure, MPa, of a contact whose roller stands square to its flank under the same load; inf where none is."""
     return pressure_of(refined(replace(patch.bodies, tilt=0.0), patch.load))
 
 
-def pressure_of(patch: Patch | None) -> float:
+def pressure_of(patch: PressurePatch | None) -> float:
     """Its largest, MPa, with its error where that is large; 0 of none, inf of one that nothing bounds."""
     if patch is None:
         return 0.0
     return inf if patch.unbounded else patch.peak[0] * (1.0 + patch.error * unknown(patch))
 
 
-def unknown(patch: Patch) -> bool:
+def unknown(patch: PressurePatch) -> bool:
     """Whether a contact's largest pressure is not known within KNOWN: at an end that is nearly sharp."""
     return not patch.unbounded and patch.error > KNOWN
 
 
-def surely(patch: Patch) -> float:
+def surely(patch: PressurePatch) -> float:
     """A pressure, MPa, that its largest surely reaches; of an unbounded one that inside of the sharp end."""
     return patch.peak[0] * (max(0.0, 1.0 - patch.error) if unknown(patch) else 1.0)
 
 
-def without_peak(patch: Patch, table: str = "roller") -> str:
+def without_peak(patch: PressurePatch, table: str = "roller") -> str:
     """Why a contact has no largest pressure, and what to give so that it has; empty where it has one."""
     if unknown(patch):
         return (
@@ -210,7 +210,7 @@ def without_peak(patch: Patch, table: str = "roller") -> str:
 
 
 @final
-class Table:
+class PressureTable:
     """Pressure of every bin over tilts, curvatures and loads, (t, c, l, m), of one wall."""
 
     def __init__(

@@ -25,8 +25,8 @@ from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.contact import Stiffness
-from camgeom.mechanics.finite_contact import Bodies, Patch, Profile
-from camgeom.mechanics.finite_turn import Table, bins, middles_of, refined, stiffness_of, surely, without_peak
+from camgeom.mechanics.finite_contact import AxialProfile, Bodies, PressurePatch
+from camgeom.mechanics.finite_turn import PressureTable, bins, middles_of, refined, stiffness_of, surely, without_peak
 from camgeom.mechanics.load import QUIET
 
 CELLS = (32, 48, 80)
@@ -37,7 +37,7 @@ LEAST = 0.1
 
 @final
 @immutable
-class Wall:
+class WallLoad:
     """What presses one wall, (n, k, m) each.
 
     line_load N/mm; cover: length that has the wall, mm; place: its middle from that of the roller, mm; curvature:
@@ -106,9 +106,9 @@ class FiniteTurret:
     """
 
     theta: Floats
-    walls: tuple[Wall, Wall]
+    walls: tuple[WallLoad, WallLoad]
     middles: Floats
-    profile: Profile
+    profile: AxialProfile
     pair: float
     own: float
     mirror: float
@@ -170,7 +170,7 @@ class FiniteTurret:
             # A shorter roller under the same load per length differs as much from one end to the other.
             tilt = (own - wall.slope) * wall.share / part
             lean = np.divide(tilt - own, load, out=np.zeros_like(tilt), where=load > 0.0)
-            pressure = Table(bodies, load, k, self.edges, lean, CELLS).pressures(load, k, lean)
+            pressure = PressureTable(bodies, load, k, self.edges, lean, CELLS).pressures(load, k, lean)
             middle = middles_of(self.edges, self.profile)[:, None, None]
             hair = 1e-6 * self.profile.length
             beside = (middle >= first - hair) & (middle <= last + hair)
@@ -197,7 +197,7 @@ class FiniteTurret:
             pressure[(bins, *at)] = peak * np.cbrt(missed[at] / missed[n, k])
 
     @property
-    def hardest(self) -> tuple[Extreme, Patch]:
+    def hardest(self) -> tuple[Extreme, PressurePatch]:
         """Where the table is hardest, or the load, and the contact solved there; an unbounded one before others."""
         return self._hardest[:2]
 
@@ -207,9 +207,9 @@ class FiniteTurret:
         return self._hardest[3]
 
     @cached_property
-    def _hardest(self) -> tuple[Extreme, Patch, float, float]:
+    def _hardest(self) -> tuple[Extreme, PressurePatch, float, float]:
         """That, by how much it is harder than the table says there, and the middle of that roller."""
-        found: list[tuple[Extreme, Patch, float, float]] = []
+        found: list[tuple[Extreme, PressurePatch, float, float]] = []
         for w in self._pressed:
             wall, tabled = self.walls[w], self._tabled[w].max(axis=0)
             for n, k in {tuple(int(i) for i in np.unravel_index(int(np.argmax(each)), each.shape))
@@ -225,7 +225,7 @@ class FiniteTurret:
         return max(sharp or found, key=lambda one: one[0].value)
 
     @cached_property
-    def most_loaded(self) -> Patch | None:
+    def most_loaded(self) -> PressurePatch | None:
         """The contact of the roller that bears the most; None without load."""
         loads = np.stack([wall.load for wall in self.walls])
         w, n, k = (int(i) for i in np.unravel_index(int(np.argmax(loads)), loads.shape))

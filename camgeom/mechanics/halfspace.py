@@ -89,7 +89,7 @@ class Even:
 
 
 @final
-class Strips:
+class StripSpectrum:
     """Of cells dx mm across and strips (ny,) along, between edges (ny + 1,): the spectrum across, (nx + 1, ny, ny).
 
     The mean of both ways weighted by the strips' lengths, since a strip's middle stands for all of it: what i does to
@@ -147,7 +147,7 @@ class Strips:
 
 @final
 @immutable
-class Pressed:
+class CellPressure:
     """Pressure of every cell, MPa, (nx, ny), approach, mm, and steps taken."""
 
     pressure: Floats
@@ -162,7 +162,7 @@ def pressed(
     load: float,
     guess: Floats | None = None,
     tolerance: float = TOLERANCE,
-) -> Pressed:
+) -> CellPressure:
     """Pressure, MPa, of cells of these gaps (nx, ny), mm, and areas, mm² (broadcast), that carry the load, N.
 
     guess: a pressure to begin with. Raises NotConverged where it has not settled after STEPS.
@@ -190,7 +190,7 @@ def pressed(
         r = bent - _sum(share, bent) / whole
         down = _sum(share, r * way)
         if down <= 0.0:
-            return Pressed(p, level, step)
+            return CellPressure(p, level, step)
         pace = _sum(share, g * way) / down
         fresh = p - pace * way
         cut, late = fresh < 0.0, ~on & (g < 0.0)
@@ -208,7 +208,7 @@ def pressed(
         u = influence(fresh) if changed else scale * (u - pace * bent)
         p = fresh
         if moved < tolerance * load and not late.any():
-            return Pressed(p, level, step)
+            return CellPressure(p, level, step)
     raise NotConverged("the contact along the roller did not settle: check length, crown and tilt against the load")
 
 

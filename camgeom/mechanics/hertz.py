@@ -50,24 +50,17 @@ def allowable_load(pressure: ArrayLike, curvature: ArrayLike, length: ArrayLike,
                       * sigma * sigma * np.asarray(compliance, dtype=np.float64))
 
 
-def line_approach(line_load: ArrayLike, curvature: ArrayLike, roller: Material, cam: Material,
-                  radius: ArrayLike, depth: ArrayLike) -> Floats:
-    """Elastic approach of roller axis and cam body, mm, under line_load N/mm.
+def line_flexibility(line_load: ArrayLike, curvature: ArrayLike, roller: Material, cam: Material,
+                     radius: ArrayLike, depth: ArrayLike) -> Floats:
+    """Elastic approach of roller axis and cam body over the load per length of their line contact, mm²/N.
 
-    A line contact has no approach of its own: it depends on how far away the displacement is taken. Roller: from the
-    contact to its axis, w (1-nu²)/(pi E) (2 ln(4 r / b) - 1) (Johnson, section 5.6, for a roller pressed from
-    opposite sides, the usual estimate); cam: to a depth d,
-    w (1-nu²)/(pi E) (2 ln(2 d / b) - nu/(1-nu)) (same section).
+    line_load: N/mm, positive; radius: of the roller, mm; depth: to which the cam yields, mm. A line contact has no
+    approach of its own: it depends on how far away the displacement is taken. Roller: from the contact to its axis,
+    (1-nu²)/(pi E) (2 ln(4 r / b) - 1) (Johnson, section 5.6, for a roller pressed from opposite sides, the usual
+    estimate); cam: to a depth d, (1-nu²)/(pi E) (2 ln(2 d / b) - nu/(1-nu)) (same section).
 
     Raises DesignError where the contact is wider than the roller or the depth, so that the formula has no meaning.
     """
-    load = _loaded(line_load)
-    return np.asarray(load * line_flexibility(load, curvature, roller, cam, radius, depth))
-
-
-def line_flexibility(line_load: ArrayLike, curvature: ArrayLike, roller: Material, cam: Material,
-                     radius: ArrayLike, depth: ArrayLike) -> Floats:
-    """Approach over load per length of a line contact, mm²/N; see `line_approach`. The load must be positive."""
     half = line_half_width(line_load, curvature, roller.compliance + cam.compliance)
     r, d = np.asarray(radius, dtype=np.float64), np.asarray(depth, dtype=np.float64)
     if np.any(half > np.minimum(r, d)):
@@ -78,7 +71,7 @@ def line_flexibility(line_load: ArrayLike, curvature: ArrayLike, roller: Materia
 
 
 def flexibility(near: Floats, far: Floats, roller: ArrayLike, cam: ArrayLike, poisson: ArrayLike) -> Floats:
-    """Approach over load per length, mm²/N, from logarithms of 4 r and 2 d over the half-width; see `line_approach`.
+    """Approach over load per length, mm²/N, from logarithms of 4 r and 2 d over the half-width; see `line_flexibility`.
 
     roller, cam: compliances, 1/MPa; poisson: of the cam.
     """

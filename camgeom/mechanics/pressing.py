@@ -31,7 +31,7 @@ Mask = npt.NDArray[np.bool_]
 
 @final
 @immutable
-class Walls:
+class StationWalls:
     """The flank on panels (p, n) at one station: relative curvature of both walls, lever and path rolled.
 
     behind, ahead  relative curvature, 1/mm; `ahead` is zero where the cam has no such wall
@@ -131,7 +131,7 @@ class Pressing:
         """A flank on the panels, at meridian parameters t (m,), or (p n, m) for each cam angle."""
         return Flank(self.track, self.force.panels.theta.ravel(), t, side, given_pose=self._poses[side])
 
-    def walls(self, t: Floats) -> Walls:
+    def walls(self, t: Floats) -> StationWalls:
         """The flank at one meridian parameter, t (1,), or one for each cam angle, (p n, 1)."""
         shape = self.force.panels.theta.shape
         flanks = {side: self._flank(t, side) for side in self.track.sides}
@@ -148,7 +148,7 @@ class Pressing:
             for side, flank in flanks.items()
         }
         none = np.zeros(shape, dtype=bool)
-        return Walls(
+        return StationWalls(
             curvature[behind] if behind is not None else zero,
             curvature[ahead] if ahead is not None else zero,
             np.abs(some.lever()).reshape(shape),
@@ -165,7 +165,7 @@ class Pressing:
         return np.ones(flank.x.shape[1:], dtype=bool) if self.beside is None else self.beside(flank.x) >= 0.0
 
     @cached_property
-    def reference(self) -> Walls:
+    def reference(self) -> StationWalls:
         """The flank at the station."""
         return self.walls(np.array([self.station]))
 

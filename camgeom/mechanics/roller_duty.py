@@ -17,7 +17,7 @@ from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import TURN, highest
-from camgeom.mechanics.contact import Contact, Peak, Stiffness, line_contacts, share_load
+from camgeom.mechanics.contact import Contact, PressurePeak, Stiffness, line_contacts, share_load
 from camgeom.mechanics.duty import (
     MILLI,
     TILT,
@@ -36,7 +36,7 @@ from camgeom.mechanics.hertz import Beneath, beneath_line, beneath_point, line_d
 from camgeom.mechanics.life import CamLife, RollerLife, cam_life, roller_life
 from camgeom.mechanics.load import QUIET, FollowerForce, Load
 from camgeom.mechanics.material import Material, pair_compliance
-from camgeom.mechanics.pressing import SLICES, Pressing, Walls
+from camgeom.mechanics.pressing import SLICES, Pressing, StationWalls
 from camgeom.track import Track
 from camgeom.track.flank import Flank
 from camgeom.track.follower import PLAIN, Ends
@@ -178,7 +178,7 @@ class RollerDuty:
         if self.level != "finite" or not self.pressing.as_line.sound:
             return None
         from camgeom.mechanics.crown import NEXT_TO_NONE
-        from camgeom.mechanics.finite_contact import Bodies, Profile
+        from camgeom.mechanics.finite_contact import AxialProfile, Bodies
         from camgeom.mechanics.finite_turn import FiniteTurn
 
         k, load = self.pressing.curvature, np.abs(self.normal)
@@ -186,7 +186,7 @@ class RollerDuty:
         low, high = (float(end[at]) - self.pressing.middle for end in self.pressing.stretch)
         if high - low < NEXT_TO_NONE * self.length:
             return None
-        profile = Profile(low, high, self.crown or inf, self.ends.run_out, self.ends.radius, self.length)
+        profile = AxialProfile(low, high, self.crown or inf, self.ends.run_out, self.ends.radius, self.length)
         twist = 0.0 if self.crown is None else float(np.arccos(np.sqrt(min(1.0, self.pressing.alignment[at]))))
         pair = pair_compliance(self.roller, self.cam)
         gap, own = tan(self.ends.tilt), self.roller.compliance / pair
@@ -243,7 +243,7 @@ class RollerDuty:
         found = self.finite.hardest[0]
         return replace(found, place=self.pressing.middle + found.place, where="")
 
-    def conventions(self, pitch_radius: float) -> dict[Convention, tuple[Peak, RollerLife]]:
+    def conventions(self, pitch_radius: float) -> dict[Convention, tuple[PressurePeak, RollerLife]]:
         """Peak pressure and roller life under the curvature conventions of the literature, at the pitch radius, mm.
 
         Of a cylindrical roller on a translating follower, in the groove of a drum.
@@ -387,7 +387,7 @@ class RollerDuty:
         return low, high
 
     @cached_property
-    def _slices(self) -> list[Walls]:
+    def _slices(self) -> list[StationWalls]:
         """The walls at the middle of every slice."""
         if self.beside is None:
             return [self.pressing.walls(t[None]) for t in self.track.meridian.parameters(self.pressing.middles)]

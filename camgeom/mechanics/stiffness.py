@@ -7,7 +7,7 @@ slices' torques add up to the turret's torque.
 A small vibration about that state feels the tangent, the sum of lever^2 dP/d(approach) over what presses; the secant,
 lever^2 P / approach, is 7 to 9 % lower at usual loads. Three estimates of a roller and a flank under a line load:
 
-- "half-space": the tangent of the approach of each body's surface to its own middle, see `hertz.line_approach`, the
+- "half-space": the tangent of the approach of each body's surface to its own middle, see `hertz.line_flexibility`, the
   cam as deep as the roller is thick: the one that is right for small vibration;
 - "secant": load over that approach;
 - "chord": the heights of both arcs over the half contact width b, h = rho - sqrt(rho^2 - b^2), as in the source of the

@@ -55,7 +55,7 @@ from camgeom.track.turret import Beside, Engagement
 
 if TYPE_CHECKING:
     from camgeom.mechanics.film import Film, Oil
-    from camgeom.mechanics.finite_contact import Profile
+    from camgeom.mechanics.finite_contact import AxialProfile
     from camgeom.mechanics.finite_turret import FiniteTurret
     from camgeom.mechanics.rating import Rating
 
@@ -229,12 +229,12 @@ class TurretDuty:
         return float(self._middles[0]) if self.finite is None else self.finite.middle
 
     @cached_property
-    def _profile(self) -> Profile:
+    def _profile(self) -> AxialProfile:
         """Of a roller beside the cam with all of its length."""
-        from camgeom.mechanics.finite_contact import Profile
+        from camgeom.mechanics.finite_contact import AxialProfile
 
         half = 0.5 * self._length
-        return Profile(-half, half, self.crown or inf, self.ends.run_out, self.ends.radius, 2.0 * half)
+        return AxialProfile(-half, half, self.crown or inf, self.ends.run_out, self.ends.radius, 2.0 * half)
 
     @cached_property
     def finite(self) -> FiniteTurret | None:
@@ -247,10 +247,11 @@ class TurretDuty:
         """Of rollers under loads and approaches (2, n, k, m) at the cam angles of an engagement."""
         if np.any((load > 0.0) & (e.curvature <= 0.0)):
             return None
-        from camgeom.mechanics.finite_turret import FiniteTurret, Wall
+        from camgeom.mechanics.finite_turret import FiniteTurret, WallLoad
 
         back, ahead = (
-            Wall(load[w], e.cover[w], e.place[w] - self._middles[:, None], e.curvature[w], approach[w]) for w in (0, 1)
+            WallLoad(load[w], e.cover[w], e.place[w] - self._middles[:, None], e.curvature[w], approach[w])
+            for w in (0, 1)
         )
         pair = pair_compliance(self.roller, self.cam)
         return FiniteTurret(

@@ -22,7 +22,7 @@ from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property, frozen
 from camgeom.model import arrays
-from camgeom.model.arrays import Motion
+from camgeom.model.arrays import MotionArrays
 from camgeom.model.body import Body, MassProperties
 from camgeom.model.facts import TWIN, Ledger, Observer, Sealed, fact
 from camgeom.profile import Profile, Readable, given
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from camgeom.cams import Cam
     from camgeom.dynamics.follower.study import FollowerStudy
     from camgeom.dynamics.impact.run import ImpactRun
-    from camgeom.dynamics.impact.study import Sensitivity, StudyRow, Unsolved
+    from camgeom.dynamics.impact.study import StartSensitivity, StudyRow, Unsolved
     from camgeom.dynamics.indexing.study import IndexingStudy
     from camgeom.machining.outcome import Outcome
     from camgeom.machining.plan import Machining
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     from camgeom.mechanics.roller_duty import RollerDuty
     from camgeom.mechanics.slide_drive import SlideDrive
     from camgeom.mechanics.turret_duty import TurretDuty
-    from camgeom.model.output import Output
+    from camgeom.model.output import ShaftDemand
     from camgeom.model.together import Shaft
     from camgeom.profile.duty import RunningState
     from camgeom.solid import Part, Solid
@@ -573,7 +573,7 @@ class Model(Sealed):
 
         Raises DesignError where the body cannot be meshed or nothing presses it, ProfileError without [operation].
         """
-        from camgeom.body.volume import Pressed, PressedBy, grooved_volume, volume_of
+        from camgeom.body.volume import LoadedTrack, PressedBy, grooved_volume, volume_of
         from camgeom.model.loads import operation_of
 
         if self.profile.duty:
@@ -585,7 +585,7 @@ class Model(Sealed):
         angle, shared = self.profile.output.load_angle_deg, self.mechanism.drive is Drive.SHARED
         at, material = None if angle is None else radians(angle), self.profile.material.cam
         if len(together) > 1:
-            tracks = [Pressed(one.cutters, one.duties, one.angle) for one in together]
+            tracks = [LoadedTrack(one.cutters, one.duties, one.angle) for one in together]
             return grooved_volume(self.parts[0], tracks, material, at)
         pressing = PressedBy(turret=self.turret_duty) if shared else PressedBy(self.duties, self.drive)
         return volume_of(self.parts, self.cutters, pressing, material, at, lambda: self.solid.mesh)
@@ -700,7 +700,7 @@ class Model(Sealed):
         return output_torque_of(self)
 
     @fact
-    def output(self) -> Output | None:
+    def output(self) -> ShaftDemand | None:
         """What the drive asks of the shaft and the bolts of [output_shaft]; None without that table, or a load."""
         spec = self.profile.output_shaft_spec
         if spec is None:
@@ -762,7 +762,7 @@ class Model(Sealed):
         return Extreme(1e3 * peak.value, peak.angle % TURN)
 
     @fact
-    def impact_sensitivity(self) -> Sensitivity | None:
+    def impact_sensitivity(self) -> StartSensitivity | None:
         """What becomes of a small disturbance of that motion; None where the profile has no [impact]."""
         from camgeom.dynamics.impact.study import sensitivity
 
@@ -1060,7 +1060,7 @@ class Model(Sealed):
         """The profile as TOML: what was stated, without comments; `camgeom.read` reads it back."""
         return self.profile.toml()
 
-    def motion(self, theta: npt.ArrayLike | None = None) -> Motion:
+    def motion(self, theta: npt.ArrayLike | None = None) -> MotionArrays:
         """Position and derivatives per rad, arrays (n,), at cam angles theta (n,), rad; default 721 round a turn."""
         return arrays.motion(self, theta)
 

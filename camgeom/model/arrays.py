@@ -22,7 +22,7 @@ PER_TURN = 721
 
 @final
 @immutable
-class Motion:
+class MotionArrays:
     """The follower's motion at cam angles theta (n,), rad.
 
     s, v, a, j  position and its derivatives per rad of cam angle (n,): mm, mm/rad, mm/rad2, mm/rad3; of a swinging
@@ -44,10 +44,10 @@ def angles(theta: Any) -> Floats:
     return np.atleast_1d(np.asarray(theta, dtype=float)).ravel()
 
 
-def motion(model: Model, theta: Any) -> Motion:
+def motion(model: Model, theta: Any) -> MotionArrays:
     """See `Model.motion`."""
     at = angles(theta)
-    found: Motion = frozen(Motion(at, *model.setup.program.jet(at, 3)))
+    found: MotionArrays = frozen(MotionArrays(at, *model.setup.program.jet(at, 3)))
     return found
 
 

@@ -20,8 +20,7 @@ from camgeom.profile.solvers import refuse, with_law
 
 if TYPE_CHECKING:
     from camgeom.dynamics.impact.pair import Pair
-    from camgeom.dynamics.impact.problem import ImpactProblem
-    from camgeom.dynamics.impact.problem import Load as ImpactLoad
+    from camgeom.dynamics.impact.problem import ImpactLoad, ImpactProblem
     from camgeom.dynamics.impact.run import ImpactRun, Quantity
     from camgeom.dynamics.impact.spec import ImpactSpec
     from camgeom.dynamics.impact.study import StudyRow, Unsolved
@@ -194,7 +193,7 @@ def impact_load(load: Load, program: Program) -> ImpactLoad:
     motion's peak speed.
     """
     from camgeom.dynamics.impact.lift import ForceTable
-    from camgeom.dynamics.impact.problem import Load
+    from camgeom.dynamics.impact.problem import ImpactLoad
 
     si, omega = load.si, load.omega
     unit, length = (MILLI, 1.0) if load.rotating else (1.0, MILLI)
@@ -207,7 +206,7 @@ def impact_load(load: Load, program: Program) -> ImpactLoad:
 
         applied = ForceTable.of(force, [*program.knots, *(b for one in load.applied for b in one.breaks)])
     fastest = length * abs(program.peak(1).value) * omega
-    return Load(-(si.preload + si.weight), si.rate, si.friction, 0.01 * fastest or 1e-3, applied)
+    return ImpactLoad(-(si.preload + si.weight), si.rate, si.friction, 0.01 * fastest or 1e-3, applied)
 
 
 def impact_pair(profile: Profile, mechanism: Mechanism) -> Pair:

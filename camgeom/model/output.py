@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @immutable(eq=True)
-class Output:
+class ShaftDemand:
     """What the drive asks of output shaft and bolts, the hardest of rigid, vibrating and starting from rest.
 
     torque  N mm, and where; force: of all rollers on the turret, N, no matter where each points; bending: N mm
@@ -39,7 +39,7 @@ class Output:
         return self.bolts.shear / self.torque.value if self.bolts and self.torque.value else None
 
 
-def output_of(model: Model, spec: OutputShaft) -> Output | None:
+def output_of(model: Model, spec: OutputShaft) -> ShaftDemand | None:
     """The output shaft's load and stress; None without a turret or a load.
 
     Every roller's force counts as if all pointed one way, under the pressure angle that bends most: its part across the
@@ -55,7 +55,7 @@ def output_of(model: Model, spec: OutputShaft) -> Output | None:
     if spec.diameter is not None and spec.lever is not None:
         bending = force * _arm(model, spec.lever)
         stress = equivalent_stress(spec.diameter, spec.bore, bending, torque.value)
-    return Output(torque, force, bending, stress, bolts_of(spec))
+    return ShaftDemand(torque, force, bending, stress, bolts_of(spec))
 
 
 def _arm(model: Model, lever: float) -> float:

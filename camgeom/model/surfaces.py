@@ -28,7 +28,7 @@ Mask = npt.NDArray[np.bool_]
 
 
 @immutable
-class Patch:
+class FlankPatch:
     """A flank at parameters (n,): points x, outward unit normals n, derivatives by phi and t, (3, n).
 
     second  n times the second derivatives, (n,) each: by phi twice, by phi and t, by t twice
@@ -81,14 +81,14 @@ class RolledFlank:
         """Cam angles where second derivatives may jump."""
         return self._run.knots()
 
-    def at(self, phi: Floats, t: Floats) -> Patch:
+    def at(self, phi: Floats, t: Floats) -> FlankPatch:
         """The flank at (phi, t), (n,) each. Raises DesignError where there is no contact."""
         flank = Flank(self._run, phi, t[:, None], self.side)
         rate = 1.0 if flank.pose.pace is None else flank.pose.pace
         one, two = flank.tangents
         forms = flank.forms
         second = -forms.L[:, 0] * rate**2, -forms.M[:, 0] * rate, -forms.N[:, 0]
-        return Patch(flank.x[:, :, 0], -flank.n[:, :, 0], one[:, :, 0] * rate, two[:, :, 0], second)
+        return FlankPatch(flank.x[:, :, 0], -flank.n[:, :, 0], one[:, :, 0] * rate, two[:, :, 0], second)
 
     def pitch(self, phi: Floats, t: Floats) -> Floats | None:
         """Points of the roller's axis beside the contact, (3, n)."""
@@ -133,7 +133,7 @@ class PrismFlank:
         """Cam angles where second derivatives may jump."""
         return self.outline.knots()
 
-    def at(self, phi: Floats, t: Floats) -> Patch:
+    def at(self, phi: Floats, t: Floats) -> FlankPatch:
         """The wall at (phi, t), (n,) each."""
         curve = self.outline.curve(phi)
         zero = np.zeros_like(phi)
@@ -141,7 +141,7 @@ class PrismFlank:
         along = np.stack([-curve.normals[1] * curve.speed, curve.normals[0] * curve.speed, zero])
         bend = -self.material * curve.curvature * curve.speed**2
         up = np.stack([zero, zero, np.ones_like(phi)])
-        return Patch(np.stack([*curve.points, t]), self.material * n, along, up, (bend, zero, zero))
+        return FlankPatch(np.stack([*curve.points, t]), self.material * n, along, up, (bend, zero, zero))
 
     def pitch(self, phi: Floats, t: Floats) -> Floats | None:
         """Points of the roller's axis at that height, (3, n); None for a follower without a roller."""

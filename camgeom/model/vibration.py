@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from camgeom.dynamics.follower.train import Closure, FollowerResponse
     from camgeom.dynamics.indexing.study import IndexingStudy
     from camgeom.dynamics.indexing.system import DriveResponse
-    from camgeom.dynamics.linear.method import Motion, Side
+    from camgeom.dynamics.linear.method import DrivenMotion, Side
     from camgeom.dynamics.spec import DynamicsSpec
     from camgeom.mechanics.duty import Duty
     from camgeom.mechanics.load import Load
@@ -103,7 +103,7 @@ class Resistance:
 class Broken:
     """A motion with further knots, where a force on the follower jumps."""
 
-    motion: Motion
+    motion: DrivenMotion
     knots: Floats
 
     def jet(self, theta: Floats, order: int = 3, side: Side = "right") -> Floats:
@@ -111,7 +111,7 @@ class Broken:
         return self.motion.jet(theta, order, side)
 
 
-class Indexer(Protocol):
+class IndexerInputs(Protocol):
     """What an indexing drive takes from a model."""
 
     @property
@@ -130,7 +130,7 @@ class Indexer(Protocol):
     def below(self) -> Below | None: ...
 
 
-def indexing_of(model: Indexer) -> IndexingStudy:
+def indexing_of(model: IndexerInputs) -> IndexingStudy:
     """The indexing drive of a turret cam at the operating speed, with what [dynamics] leaves out from the model.
 
     Contact stiffness: Hertz line contact of the rollers that bear; inertias: bodies, follower and load. Friction acts
@@ -171,7 +171,7 @@ def indexing_of(model: Indexer) -> IndexingStudy:
     return replace(indexing_study(soft, motion, speed, table, inertias, sources, acting), rigid=rigid)
 
 
-def _inertias(model: Indexer, own: float, spec: DynamicsSpec, sources: dict[str, str]) -> dict[str, float]:
+def _inertias(model: IndexerInputs, own: float, spec: DynamicsSpec, sources: dict[str, str]) -> dict[str, float]:
     """Inertias, kg m2, that the profile's [dynamics] does not give; where each comes from goes into sources.
 
     own: follower.inertia, of the turret or, without a load of its own, of the turret with its load.
@@ -205,7 +205,7 @@ def _inertias(model: Indexer, own: float, spec: DynamicsSpec, sources: dict[str,
     return found
 
 
-def _turret_inertia(model: Indexer) -> float:
+def _turret_inertia(model: IndexerInputs) -> float:
     """Inertia, kg m2, of the turret's disc and rollers about the turret axis, of the roller's material."""
     moment = model.body.turret_moment
     if moment is None:
@@ -276,7 +276,7 @@ def _yielding(spec: DynamicsSpec, soft: float) -> DynamicsSpec:
 
 
 @final
-class Kept:
+class KnownForce:
     """A force over cam angles (n,), rad, that costs steps of a solver: where it is known it is not solved again."""
 
     def __init__(self, force: Callable[[Floats], Floats]) -> None:
@@ -315,7 +315,7 @@ def tappet_stiffness(profile: Profile, mechanism: Mechanism, load: Load) -> floa
     return each * lever**2 * (MILLI if load.rotating else 1.0)
 
 
-class Vibrating(Indexer, Protocol):
+class Vibrating(IndexerInputs, Protocol):
     """What the duty of a cam under solved forces takes from a model."""
 
     @property
@@ -356,7 +356,7 @@ def dynamic_duties_of(model: Vibrating, turn: Turn) -> tuple[Duty, ...]:
         return ()
     if mechanism.turret is not None:
         # The contact torque holds the turret back where it is positive.
-        load = replace(model.load, solved=Kept(lambda theta: -found.at(theta, "contact_torque")[0] / MILLI))
+        load = replace(model.load, solved=KnownForce(lambda theta: -found.at(theta, "contact_torque")[0] / MILLI))
         duty = model.turret_duty
         assert duty is not None, "there is a turret, and a speed"
         load = replace(load, solved_on=load.panels(most=MOST_BESIDE // len(duty.engagement.places)))
@@ -364,7 +364,7 @@ def dynamic_duties_of(model: Vibrating, turn: Turn) -> tuple[Duty, ...]:
     if least_contact(model, turn) is not None and bool(found.peak("contact_force").minimum[0] < 0.0):
         return ()
     unit = 1.0 / MILLI if model.load.rotating else 1.0
-    load = replace(model.load, solved=Kept(lambda theta: unit * found.at(theta, "contact_force")[0]))
+    load = replace(model.load, solved=KnownForce(lambda theta: unit * found.at(theta, "contact_force")[0]))
     return carriers(material, mechanism, replace(load, solved_on=load.panels()), ratings_of(model.profile))
 
 

@@ -18,7 +18,7 @@ from camgeom.errors import Problem, ProfileError, did_you_mean
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
-from camgeom.motion.table import JUMP_TOLERANCE, Piece, Side, Table
+from camgeom.motion.table import JUMP_TOLERANCE, Piece, PieceTable, Side
 
 ParamValue = Any
 """A number, a truth value, a text or a (nested) tuple of numbers: what TOML can say, made hashable."""
@@ -73,9 +73,9 @@ class Law:
     params: tuple[tuple[str, ParamValue], ...] = ()
 
     @cached_property
-    def table(self) -> Table:
+    def table(self) -> PieceTable:
         """The pieces as arrays."""
-        return Table.of(self.pieces)
+        return PieceTable.of(self.pieces)
 
     def jet(self, x: npt.ArrayLike, order: int = 3, side: Side = "right") -> Floats:
         """s and its derivatives with respect to x, (order + 1, *x.shape), dimensionless.
@@ -141,7 +141,7 @@ class Law:
             parts.append(piece.integrated(total))
             total = parts[-1].value(piece.end)
         points = np.asarray(x, dtype=float)
-        return np.asarray(Table.of(parts).jet(points.ravel(), 0)[0].reshape(points.shape))
+        return np.asarray(PieceTable.of(parts).jet(points.ravel(), 0)[0].reshape(points.shape))
 
     def mean_square(self, order: int = 2) -> float:
         """The mean square of a derivative over the travel, dimensionless."""

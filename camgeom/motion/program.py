@@ -16,7 +16,7 @@ from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.law import LAWS, ORDER_LIMIT, Ends, lowest_jump, unknown_law
 from camgeom.motion.segment import TURN, Segment, Span
-from camgeom.motion.table import Peak, Piece, Side, Table
+from camgeom.motion.table import Peak, Piece, PieceTable, Side
 
 if TYPE_CHECKING:
     from camgeom.motion.optimal.best import Best
@@ -94,7 +94,7 @@ class Program:
         return self.advance == 0.0
 
     @cached_property
-    def table(self) -> Table:
+    def table(self) -> PieceTable:
         """All pieces over one turn as arrays, in rad of cam angle."""
         edges, anchors, rates = [0.0], list[float](), list[float]()
         for span, pieces in zip(self.spans, self.pieces, strict=True):
@@ -104,7 +104,7 @@ class Program:
                 anchors.append(span.end if piece.anchor == 1.0 else span.start + piece.anchor * width)
             rates.extend([1.0 / width] * len(pieces))
         rows = [piece for pieces in self.pieces for piece in pieces]
-        return Table(np.array(edges), np.array(anchors), np.array(rates), rows)
+        return PieceTable(np.array(edges), np.array(anchors), np.array(rates), rows)
 
     def jet(self, theta: npt.ArrayLike, order: int = 3, side: Side = "right") -> Floats:
         """Lift (mm or rad) and its derivatives per rad of cam angle, (order + 1, *theta.shape), at any real theta.

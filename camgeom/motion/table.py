@@ -39,7 +39,7 @@ class Piece:
     """derivatives up to this order continue the piece before by construction (a spline); -1 where nothing is known"""
 
     def value(self, x: float, order: int = 0) -> float:
-        """The derivative of the given order at x (scalar; arrays are evaluated by `Table`)."""
+        """The derivative of the given order at x (scalar; arrays are evaluated by `PieceTable`)."""
         u = x - self.anchor
         total = 0.0
         for k in range(len(self.power) - 1, order - 1, -1):
@@ -210,7 +210,7 @@ def _runs(index: Indices) -> list[int]:
 
 
 @final
-class Table:
+class PieceTable:
     """A row of pieces on the edges (p + 1,), each stretched over t by its own rate: x = x0 + (t - t0) rate. Immutable.
 
     Limits at the edges, peaks and means are taken in u = t - anchor as the pieces' own coordinates give it, so they
@@ -243,7 +243,7 @@ class Table:
         return len(self.anchors)
 
     @classmethod
-    def of(cls, pieces: Sequence[Piece]) -> Table:
+    def of(cls, pieces: Sequence[Piece]) -> PieceTable:
         """The table of contiguous pieces in their own coordinate."""
         edges = np.array([pieces[0].start, *(piece.end for piece in pieces)])
         return cls(edges, np.array([piece.anchor for piece in pieces]), np.ones(len(pieces)), pieces)

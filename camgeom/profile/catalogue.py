@@ -28,7 +28,7 @@ Load = Annotated[float, Field(gt=0.0, le=1e9, allow_inf_nan=False)]
 
 
 @final
-class Source(Section):
+class CatalogueSource(Section):
     """Where rows of a catalogue were read."""
 
     key: Annotated[str, Field(min_length=1, max_length=60)]
@@ -62,10 +62,10 @@ class CatalogueRoller(Section):
 
 
 @final
-class Catalogue(Section):
+class RollerCatalogue(Section):
     """The rollers of one file, and where their figures were read."""
 
-    source: tuple[Source, ...] = ()
+    source: tuple[CatalogueSource, ...] = ()
     follower: tuple[CatalogueRoller, ...]
 
     def source_of(self, roller: CatalogueRoller) -> str:
@@ -73,29 +73,29 @@ class Catalogue(Section):
         return next((one.text for one in self.source if one.key == roller.source), roller.source)
 
 
-def shipped() -> Catalogue:
+def shipped() -> RollerCatalogue:
     """The catalogue that comes with camgeom."""
     return parse((Path(__file__).parent / "track_rollers.toml").read_text(encoding="utf-8"), "track_rollers.toml")
 
 
-def parse(text: str, file: str) -> Catalogue:
+def parse(text: str, file: str) -> RollerCatalogue:
     """A catalogue from its TOML text. Raises ProfileError."""
     data, problems, _ = load(text, file)
     if not problems:
         try:
-            return Catalogue.model_validate(data)
+            return RollerCatalogue.model_validate(data)
         except ValidationError as error:
             problems = [Problem(".".join(map(str, item["loc"])), item["msg"]) for item in error.errors()[:20]]
     raise ProfileError(problems, file)
 
 
-def read(path: Path, key: str) -> Catalogue:
+def read(path: Path, key: str) -> RollerCatalogue:
     """A catalogue in a file; `key` names it in messages. Raises ProfileError."""
     return parse(decode(read_bytes(path, LARGEST, "", key), str(path)), path.name)
 
 
 def filled(
-    table: dict[str, Any], catalogues: list[Catalogue], name: str = "roller"
+    table: dict[str, Any], catalogues: list[RollerCatalogue], name: str = "roller"
 ) -> tuple[dict[str, Any], list[Problem]]:
     """A roller's table (`name`) of a profile with the figures of its designation, and what is wrong with that."""
     wanted = str(table["designation"])

@@ -10,7 +10,7 @@ import numpy as np
 
 from camgeom import export
 from camgeom.errors import DesignError, NotConverged
-from camgeom.export import Body, Format
+from camgeom.export import Format, NamedMesh
 from camgeom.maths.mesh import rowed
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ RESULTS = {
 """names of result fields with their units; 0 away from the flanks"""
 
 
-def _coloured(model: Model) -> list[Body]:
+def _coloured(model: Model) -> list[NamedMesh]:
     """The bodies with the results on their flanks; a planar cam's with rows where its roller's pressure changes.
 
     What goes with the cam, a frame, has zeros.
@@ -100,12 +100,12 @@ def _coloured(model: Model) -> list[Body]:
     found = [fields(model, mesh) for _, mesh in meshes]
     named = {RESULTS[key]: key for key in found[0] if all(key in each for each in found)}
     bodies = [
-        Body(name, replace(mesh, fields={label: np.nan_to_num(each[key]) for label, key in named.items()}))
+        NamedMesh(name, replace(mesh, fields={label: np.nan_to_num(each[key]) for label, key in named.items()}))
         for (name, mesh), each in zip(meshes, found)
     ]
     for solid, _ in model.workpieces[len(meshes) :]:
         nothing = np.zeros(len(solid.mesh.vertices))
-        bodies.append(Body(solid.name, replace(solid.mesh, fields=dict.fromkeys(named, nothing))))
+        bodies.append(NamedMesh(solid.name, replace(solid.mesh, fields=dict.fromkeys(named, nothing))))
     return bodies
 
 

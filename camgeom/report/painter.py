@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import ExportError, not_installed
-from camgeom.export import Body
+from camgeom.export import NamedMesh
 from camgeom.export.files import atomic_write
 from camgeom.maths import Floats
 from camgeom.report.views import Stage, View
@@ -33,7 +33,7 @@ _START_SECONDS, _PICTURE_SECONDS = 60.0, 600.0
 """until a process that does not answer is given up"""
 
 
-def render(bodies: Sequence[Body], path: Path | str, view: View | None = None) -> int:
+def render(bodies: Sequence[NamedMesh], path: Path | str, view: View | None = None) -> int:
     """Draw bodies into a PNG file; returns the bytes written.
 
     A body without a colour is steel with blue flanks; give a roller ROLLER. Raises ExportError where no OpenGL library
@@ -46,7 +46,7 @@ def render(bodies: Sequence[Body], path: Path | str, view: View | None = None) -
 
 
 @contextmanager
-def stage(bodies: Sequence[Body], view: View, reach: Floats | None = None) -> Iterator[Scene]:
+def stage(bodies: Sequence[NamedMesh], view: View, reach: Floats | None = None) -> Iterator[StandingScene]:
     """A scene that can be drawn again and again with its bodies in other places. Raises as render does.
 
     reach   points (n, 3), mm, that the picture has to hold; by default the bodies where they are given
@@ -56,7 +56,7 @@ def stage(bodies: Sequence[Body], view: View, reach: Floats | None = None) -> It
     view.axes()
     painter = working_painter()
     shown = [replace(body, mesh=replace(body.mesh, fields=_only(body, view.field))) for body in bodies]
-    scene = Scene(painter, painter.ask("open", shown, view, reach))
+    scene = StandingScene(painter, painter.ask("open", shown, view, reach))
     try:
         yield scene
     finally:
@@ -64,11 +64,11 @@ def stage(bodies: Sequence[Body], view: View, reach: Floats | None = None) -> It
             painter.ask("close", scene.number)
 
 
-def _only(body: Body, field: str | None) -> dict[str, Floats]:
+def _only(body: NamedMesh, field: str | None) -> dict[str, Floats]:
     return {name: values for name, values in body.mesh.fields.items() if name == field}
 
 
-class Scene:
+class StandingScene:
     """A scene that stands in the process that draws."""
 
     def __init__(self, painter: Painter, number: int) -> None:
@@ -199,7 +199,7 @@ class Studio:
         picture.Update()
         return bool(picture.GetOutput().GetScalarComponentAsDouble(4, 4, 0, 0) == 255.0)
 
-    def open(self, bodies: Sequence[Body], view: View, reach: Floats | None) -> int:
+    def open(self, bodies: Sequence[NamedMesh], view: View, reach: Floats | None) -> int:
         self._opened += 1
         self._stages[self._opened] = Stage(bodies, view, reach)
         return self._opened

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camgeom.drawing.colours import CARRIER, ROLLER
-from camgeom.export import Body
+from camgeom.export import NamedMesh
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
 from camgeom.report.painter import render
@@ -22,7 +22,7 @@ from camgeom.report.sections.bodies import (
     placed,
 )
 from camgeom.report.sections.mechanism import SHADES, fields
-from camgeom.report.views import Plane, View
+from camgeom.report.views import CuttingPlane, View
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -60,13 +60,13 @@ def stills(model: Model, size: tuple[int, int] = (1600, 1200)) -> dict[str, Call
     eye, inside = seen_from(cams, model.mechanism.inside), model.mechanism.inside
     scene = _mechanism(model, cams)
     names = tuple(name for name, _ in cams)
-    plane = Plane((0.0, 0.0, 0.0), (0.0, -1.0, 0.0))
+    plane = CuttingPlane((0.0, 0.0, 0.0), (0.0, -1.0, 0.0))
     views = [
-        ("cam", [Body(name, mesh) for name, mesh in cams], View(camera=eye)),
+        ("cam", [NamedMesh(name, mesh) for name, mesh in cams], View(camera=eye)),
         ("mechanism", scene, View(camera=eye)),
         ("section", scene, View(camera=seen_from(cams), section=plane, section_bodies=names)),
     ]
-    coloured = [Body(name, replace(mesh, fields=fields(model, mesh))) for name, mesh in cams]
+    coloured = [NamedMesh(name, replace(mesh, fields=fields(model, mesh))) for name, mesh in cams]
     for shade in SHADES:
         shown = [body for body in coloured if shade.key in body.mesh.fields]
         if shade.key in _RESULTS and shown:
@@ -74,13 +74,13 @@ def stills(model: Model, size: tuple[int, int] = (1600, 1200)) -> dict[str, Call
             look = View(shade.key, shade.groups, shade.label, shade.unit, camera=towards)
             if inside:
                 # The half with the largest value, seen from where the other half was.
-                half = Plane((0.0, 0.0, 0.0), (*towards[:2], 0.0))
+                half = CuttingPlane((0.0, 0.0, 0.0), (*towards[:2], 0.0))
                 look = replace(look, section=half, section_bodies=names)
             views.append((shade.key.replace("_", "-"), coloured, look))
     return {what: partial(_draw, bodies, replace(view, size=size)) for what, bodies, view in views}
 
 
-def _draw(bodies: list[Body], view: View, path: Path) -> int:
+def _draw(bodies: list[NamedMesh], view: View, path: Path) -> int:
     return render(bodies, path, view)
 
 
@@ -93,23 +93,23 @@ def seen_from(cams: tuple[tuple[str, Mesh], ...], inside: bool = False) -> tuple
     return (0.72, -0.58, 0.85 if size[2] < _FLAT * size[:2].max() else _LOW)
 
 
-def _mechanism(model: Model, cams: tuple[tuple[str, Mesh], ...]) -> list[Body]:
+def _mechanism(model: Model, cams: tuple[tuple[str, Mesh], ...]) -> list[NamedMesh]:
     """All bodies in the machine frame at the cam angle of the largest pressure angle."""
     steepest = model.pressure_angle.cam_angle if model.pressure_angle is not None else 0.0
     moving = moving_bodies(model, cams, np.array([steepest]))
     return [replace(body, mesh=placed(body.mesh, motion[0])) for body, motion in moving]
 
 
-def moving_bodies(model: Model, cams: tuple[tuple[str, Mesh], ...], phi: Floats) -> list[tuple[Body, Floats]]:
+def moving_bodies(model: Model, cams: tuple[tuple[str, Mesh], ...], phi: Floats) -> list[tuple[NamedMesh, Floats]]:
     """Cam and follower with their poses (n, 3, 4) in the machine frame at cam angles phi (n,), rad."""
     turned = cam_poses(model.mechanism, phi)
-    found = [(Body(name, mesh), turned) for name, mesh in cams]
+    found = [(NamedMesh(name, mesh), turned) for name, mesh in cams]
     for number, (kind, name, mesh, moved) in enumerate(follower_bodies(model, phi)):
-        found.append((Body(f"{name} {number}", mesh, ROLLER if kind == "roller" else CARRIER), moved))
+        found.append((NamedMesh(f"{name} {number}", mesh, ROLLER if kind == "roller" else CARRIER), moved))
     return found
 
 
-def _facing(bodies: list[Body], key: str, height: float, inside: bool) -> tuple[float, float, float]:
+def _facing(bodies: list[NamedMesh], key: str, height: float, inside: bool) -> tuple[float, float, float]:
     """Direction from which the face with the largest value is seen best, of the inside of a ring from across the axis;
     from below only where that is much better."""
     best = max(bodies, key=lambda body: float(np.nanmax(body.mesh.fields[key]))).mesh

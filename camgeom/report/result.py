@@ -14,7 +14,6 @@ from camgeom.maths.overflow import within_range
 from camgeom.report.data.geometry import blank_data, flank_data, motion_data, solid_data
 from camgeom.report.figures import VERSION
 from camgeom.report.products import Products
-from camgeom.track.follower import TurretFollower
 
 if TYPE_CHECKING:
     from camgeom.checks.verdict import Finding, Verdict
@@ -217,7 +216,7 @@ def _unless(known: object, reason: str) -> str:
 NO_OPERATION = "the profile has no [operation]"
 ONLY: dict[str, Callable[[Model], bool]] = {
     "together": lambda model: not model.number and len(model.bindings) > 1,
-    "output_shaft": lambda model: isinstance(model.profile.follower, TurretFollower),
+    "output_shaft": lambda model: model.profile.follower.shares,
 }
 """sections that say nothing of other cams, not even that they do not apply"""
 Source = tuple[Callable[["Model"], dict[str, Any]], Callable[["Model"], str]]

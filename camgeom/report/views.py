@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from camgeom.drawing.colours import CUT, FLANK, STEEL, scale, value_range
 from camgeom.errors import ExportError
-from camgeom.export import Body
+from camgeom.export import NamedMesh
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.creases import crease_lines, shade
@@ -42,7 +42,7 @@ _HATCHES = 36
 
 
 @immutable(eq=True)
-class Plane:
+class CuttingPlane:
     """A cutting plane through `point` (mm); what lies on the side of `normal` is taken away."""
 
     point: tuple[float, float, float]
@@ -75,7 +75,7 @@ class Skin:
     hatch: Floats
 
 
-def skin(mesh: Mesh, field: str | None = None, plane: Plane | None = None) -> Skin:
+def skin(mesh: Mesh, field: str | None = None, plane: CuttingPlane | None = None) -> Skin:
     """Drawing data of a mesh: split along its creases, with the field that it may carry, cut where asked.
 
     A mesh that is cut bounds a body.
@@ -93,7 +93,7 @@ def skin(mesh: Mesh, field: str | None = None, plane: Plane | None = None) -> Sk
     return Skin(points, shaded.normals, values, shaded.faces, group, mesh.groups, mesh.vertices[lines], hatch)
 
 
-def _cut(mesh: Mesh, field: str | None, plane: Plane) -> tuple[Mesh, Floats]:
+def _cut(mesh: Mesh, field: str | None, plane: CuttingPlane) -> tuple[Mesh, Floats]:
     """What of a body lies below the plane, closed by faces of the group `cut`, and their hatching (e, 2, 3)."""
     import pyvista
     from vtkmodules.vtkFiltersGeneral import vtkContourTriangulator
@@ -158,7 +158,7 @@ class View:
     unit: str = ""
     limits: tuple[float, float] | None = None
     diverging: bool = False
-    section: Plane | None = None
+    section: CuttingPlane | None = None
     section_bodies: tuple[str, ...] = ()
     camera: str | tuple[float, float, float] = "iso"
     size: tuple[int, int] = (1600, 1200)
@@ -185,7 +185,7 @@ class Stage:
     reach   points (n, 3), mm, that the picture has to hold; by default the bodies where they are given
     """
 
-    def __init__(self, bodies: Sequence[Body], view: View, reach: Floats | None = None) -> None:
+    def __init__(self, bodies: Sequence[NamedMesh], view: View, reach: Floats | None = None) -> None:
         import pyvista
 
         self._view, self._axes = view, view.axes()
@@ -217,7 +217,7 @@ class Stage:
         drawn = np.asarray(self._plotter.screenshot(None, return_img=True))[..., :3]
         return overlay(np.ascontiguousarray(drawn), self._view.size, self._mm_per_pixel, self._axes[:2].T, self._bar)
 
-    def _fill(self, bodies: Sequence[Body], reach: Floats | None) -> None:
+    def _fill(self, bodies: Sequence[NamedMesh], reach: Floats | None) -> None:
         """Add the bodies, light and camera."""
         view = self._view
         self._plotter.set_background("white")
@@ -249,7 +249,7 @@ class Stage:
         title = ", ".join(part for part in (self._view.label or self._view.field, self._view.unit) if part)
         self._bar = ColourBar(title, low, high, self._view.diverging)
 
-    def _add(self, body: Body, drawn: Skin) -> None:
+    def _add(self, body: NamedMesh, drawn: Skin) -> None:
         """One actor for the field's faces, one for each colour of the others, one for the lines."""
         shown = self._shown(drawn)
         actors = []

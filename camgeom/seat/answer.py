@@ -105,7 +105,7 @@ class _Watcher(local):
 
 @final
 @immutable
-class Asked:
+class Question:
     """A model, the one that is compared with, and the width of plots, px."""
 
     model: Model
@@ -141,7 +141,7 @@ def answers(
             yield stage("problems", text=text, data=_data(text), problems=_problems(error))
             return
         yield stage("profile", text=text, data=data)
-        asked = Asked(model, _kept(memory, kept_text), min(max(NARROW, width), WIDE))
+        asked = Question(model, _kept(memory, kept_text), min(max(NARROW, width), WIDE))
         for name, job in STAGES.items():
             if not fresh():
                 return
@@ -180,7 +180,7 @@ def _kept(memory: Memory, text: str) -> Model | None:
         return None
 
 
-def _moved(asked: Asked) -> Stage:
+def _moved(asked: Question) -> Stage:
     """Title, timing diagram, the figures of the motion and its plot: what needs no flank."""
     model = asked.model
     page = headed(model, None, ())
@@ -204,7 +204,7 @@ def _moved(asked: Asked) -> Stage:
     }
 
 
-def _figures(asked: Asked) -> Stage:
+def _figures(asked: Question) -> Stage:
     """The figures of the flank and its plot."""
     return {
         **_compared(asked, ("flank",)),
@@ -212,12 +212,12 @@ def _figures(asked: Asked) -> Stage:
     }
 
 
-def _load(asked: Asked) -> Stage:
+def _load(asked: Question) -> Stage:
     """The figures of contact and life."""
     return _compared(asked, ("contact", "fatigue"))
 
 
-def _compared(asked: Asked, groups: tuple[str, ...]) -> Stage:
+def _compared(asked: Question, groups: tuple[str, ...]) -> Stage:
     """Key figures of some groups, and those of the model that is compared with."""
     kept_figures = [] if asked.other is None else list(map(_figure, key_figures(asked.other, groups)))
     return {"figures": list(map(_figure, key_figures(asked.model, groups))), "kept": kept_figures}
@@ -272,12 +272,12 @@ def with_kept(chart: Chart, other: Chart) -> Chart:
     return replace(chart, panels=tuple(panels))
 
 
-def _first_checks(asked: Asked) -> Stage:
+def _first_checks(asked: Question) -> Stage:
     """The verdict of the quick checks that need neither load nor body nor solver: not yet the verdict."""
     return _so_far(asked.model, "load, body and solvers", lambda entry: not (entry.slow or LATER & set(entry.needs)))
 
 
-def _load_checks(asked: Asked) -> Stage:
+def _load_checks(asked: Question) -> Stage:
     """The verdict of the quick checks that need neither body nor solver; nothing where there is no load."""
     if asked.model.profile.operation is None:
         return {}
@@ -285,7 +285,7 @@ def _load_checks(asked: Asked) -> Stage:
     return _so_far(asked.model, "body and solvers", lambda entry: not (entry.slow or later & set(entry.needs)))
 
 
-def _body_checks(asked: Asked) -> Stage:
+def _body_checks(asked: Question) -> Stage:
     """The verdict of the checks that need no solver; nothing where there is none to wait for."""
     profile, root = asked.model.profile, asked.model.root_limit
     if not any((profile.dynamics, profile.impact, profile.cutter, profile.tolerance, root)):
@@ -310,12 +310,12 @@ def _verdict(model: Model, verdict: Verdict, whole: bool) -> Stage:
     return {"level": verdict.level, "whole": whole, "sentence": verdict.sentence, "html": verdict_box(page)}
 
 
-def _all_checks(asked: Asked) -> Stage:
+def _all_checks(asked: Question) -> Stage:
     model = asked.model
     return _verdict(model, kept(model, "checks", lambda: judge(model, None, _heard(model))), whole=True)
 
 
-def _coarse(asked: Asked) -> Stage:
+def _coarse(asked: Question) -> Stage:
     """Bodies as quick as can be, in plain colours."""
     model = asked.model
     model.refuse_folded()
@@ -325,14 +325,14 @@ def _coarse(asked: Asked) -> Stage:
     return {"scene": scene_json(scene(model, meshes, COARSE_FRAMES, whole=False), QUICK)}
 
 
-def _fine(asked: Asked) -> Stage:
+def _fine(asked: Question) -> Stage:
     """Bodies as the report shows them, with their results, and the figures of the body."""
     model = asked.model
     found = kept(model, "3D view", lambda: scene(model, cam_meshes(model)))
     return {"scene": scene_json(found, QUICK), **_compared(asked, ("solid",))}
 
 
-STAGES: dict[str, Callable[[Asked], Stage]] = {
+STAGES: dict[str, Callable[[Question], Stage]] = {
     "motion": _moved,
     "figures": _figures,
     "coarse": _coarse,

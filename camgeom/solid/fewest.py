@@ -25,7 +25,7 @@ from camgeom.solid.cut import IndexingCut
 from camgeom.solid.drum import EndFaceRing, GroovedCylinder, RibbedCylinder, on_cylinder, refuse_turned
 from camgeom.solid.grooves import GroovedDrum
 from camgeom.solid.lands import NotOneSurface
-from camgeom.solid.stitch import Errors, Groove, TurretSurface
+from camgeom.solid.stitch import Errors, GrooveFacets, TurretSurface
 from camgeom.track import Track
 from camgeom.track.section import Column, CrossSection
 
@@ -83,13 +83,13 @@ def _turret(body: IndexingCut, tolerance: float, free: float | None) -> Solid:
 
 def turret_grooves(
     surface: TurretSurface, knots: Floats, tolerance: float, free: float | None
-) -> tuple[list[Groove], Errors]:
+) -> tuple[list[GrooveFacets], Errors]:
     """Each groove of an indexing cam by its own bands. Raises NotOneSurface where grooves touch."""
     once = subdivided_knots(knots, LOOKED)
     counts = tuple(2 if name == TOUCHED else 1 for name in surface.names)
     strips = surface.strips(once, (*counts, 1))[: len(surface.sections)]
     surface.check(once, strips, counts)
-    found: list[Groove] = []
+    found: list[GrooveFacets] = []
     errors: Errors = []
     for section, strip in zip(surface.sections, strips):
         span = knots if surface.closed else _reach(surface, section.track, strip, once)
@@ -134,7 +134,7 @@ def _reach(surface: TurretSurface, track: Track, strip: Strip, once: Floats) -> 
     return np.concatenate([[low], inner[(inner > low + SAME) & (inner < high - SAME)], [high]])
 
 
-def _turret_groove(surface: TurretSurface, made: Banded, span: Floats, bands: int) -> Groove:
+def _turret_groove(surface: TurretSurface, made: Banded, span: Floats, bands: int) -> GrooveFacets:
     """What a groove's bands have become, between the cam's ends."""
     faces, band = made.faces, made.band
     z = made.points[2][faces]
@@ -147,7 +147,7 @@ def _turret_groove(surface: TurretSurface, made: Banded, span: Floats, bands: in
     for edge in (made.edges[0], made.edges[-1]):
         phi = made.phi[edge]
         rims.append((np.append(edge, edge[0]), np.append(phi, phi[0] + TURN)) if surface.closed else (edge, phi))
-    return Groove(
+    return GrooveFacets(
         made.points, faces if surface.outward[0] else faces[:, ::-1], band, column, made.row, angles,
         (1,) * bands, (rims[0], rims[1]),
     )  # fmt: skip

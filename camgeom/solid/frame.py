@@ -26,7 +26,7 @@ ROUND = tan(pi / 8.0)
 
 
 @immutable(eq=True)
-class Side:
+class WindowEdge:
     """One edge of the window's outline from start to stop, (x, y) mm, and the name of its face; bulge as in DXF."""
 
     start: tuple[float, float]
@@ -98,7 +98,7 @@ class FramePlate(QuickPart):
         return np.array([[low, -half], [high, -half], [high, half], [low, half]])
 
     @cached_property
-    def sides(self) -> tuple[Side, ...]:
+    def sides(self) -> tuple[WindowEdge, ...]:
         """The window's outline, counter-clockwise from the near face (at large x) on."""
         face, wide, near, far = 0.5 * self.face, 0.5 * self.window, 0.5 * self.opening, 0.5 * self.opening + self.rise
         quarter = [(near, face)]
@@ -111,7 +111,7 @@ class FramePlate(QuickPart):
         for (x0, y0), (x1, y1) in zip([ring[-1], *ring], ring):
             name = "face" if x0 == x1 and abs(x0) == near else "window"
             ends = (x0 + self.middle, y0), (x1 + self.middle, y1)
-            found.append(Side(*ends, name, ROUND if x0 != x1 and y0 != y1 else 0.0))
+            found.append(WindowEdge(*ends, name, ROUND if x0 != x1 and y0 != y1 else 0.0))
         return tuple(found)
 
     @property

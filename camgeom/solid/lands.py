@@ -174,7 +174,7 @@ class Land:
 
 
 @immutable
-class Net:
+class LandNet:
     """A triangulated land: its new points x, w (v,), faces (f, 3) turning from x to w, and its largest sag, mm."""
 
     x: Floats
@@ -183,7 +183,7 @@ class Net:
     sag: float
 
 
-def land_net(land: Land, count: int, tolerance: float) -> Net:
+def land_net(land: Land, count: int, tolerance: float) -> LandNet:
     """Triangulate a land within the tolerance (mm); new points are numbered from `count` on.
 
     Raises NotOneSurface where its rims meet, or are too steep for such a net.
@@ -197,7 +197,7 @@ def land_net(land: Land, count: int, tolerance: float) -> Net:
     raise NotOneSurface("the rims of a land meet, or are too steep")
 
 
-def _net(land: Land, count: int, aim: float) -> Net | None:
+def _net(land: Land, count: int, aim: float) -> LandNet | None:
     """One attempt at chords with the sag `aim`; None where triangles overlap."""
     lower, upper = land.framed()
     columns = _columns(land, lower, upper, aim)
@@ -229,7 +229,7 @@ def _net(land: Land, count: int, aim: float) -> Net | None:
         own[[a - 1, a + b - 1]] = own[[0, a]]
         own[net[:, -1]] = own[net[:, 0]]
     sag = max(float(_sag(land.surface, x, w, every[:, k], every[:, k - 1]).max(initial=0.0)) for k in range(3))
-    return Net(x[new], w[new], own[every], sag) if _turns(x, w, every) else None
+    return LandNet(x[new], w[new], own[every], sag) if _turns(x, w, every) else None
 
 
 def _pitch(land: LandSurface, aim: float) -> float:

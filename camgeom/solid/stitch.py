@@ -228,7 +228,7 @@ def _alike(a: Track, b: Track) -> bool:
 
 
 @immutable
-class Groove:
+class GrooveFacets:
     """The facets of one groove.
 
     points  (3, v), faces (f, 3) outward, and the number (f,) of each one's band
@@ -250,13 +250,13 @@ class Groove:
 
 Errors = list[tuple[str, float]]
 """chord error, mm, of faces by their group's name"""
-Mesher = Callable[[TurretSurface, Floats, float, float | None], tuple[list[Groove], Errors]]
+Mesher = Callable[[TurretSurface, Floats, float, float | None], tuple[list[GrooveFacets], Errors]]
 """grooves of a surface with knots of one round within a tolerance, mm, and a free one, and their errors"""
 
 
 def gridded(
     surface: TurretSurface, knots: Floats, tolerance: float, free: float | None
-) -> tuple[list[Groove], Errors]:
+) -> tuple[list[GrooveFacets], Errors]:
     """All grooves as one structured grid: the same steps round the cam, and rows, for all of them.
 
     Raises NotOneSurface where grooves touch.
@@ -276,7 +276,7 @@ def gridded(
 
 def _gridded(
     surface: TurretSurface, strip: Strip, rising: npt.NDArray[np.bool_], counts: Counts, bands: Index, phi: Floats
-) -> Groove:
+) -> GrooveFacets:
     """A strip's cells that reach between the cam's ends."""
     columns, rows = strip.corner.shape[1:]
     number = np.arange(columns * rows).reshape(columns, rows)
@@ -285,7 +285,7 @@ def _gridded(
     on = strip.within(surface.low, surface.high)
     p00, p10, p11, p01 = number[:-1, :-1][on], number[1:, :-1][on], number[1:, 1:][on], number[:-1, 1:][on]
     cells = cell_faces(p00, p10, p11, p01, rising[on], inward=not surface.outward[0])
-    return Groove(
+    return GrooveFacets(
         strip.corner.reshape(3, -1), cells.reshape(-1, 3), np.repeat(np.broadcast_to(bands, on.shape)[on], 2),
         np.repeat(np.arange(float(columns)), rows), np.tile(np.arange(float(rows)), columns), phi, counts,
         ((number[:, 0], phi), (number[:, -1], phi)),
@@ -389,7 +389,7 @@ class OpenSurface:
         return np.asarray(off[self.faces].any(axis=1))
 
 
-def stitched(surface: TurretSurface, grooves: list[Groove], tolerance: float) -> tuple[OpenSurface, float]:
+def stitched(surface: TurretSurface, grooves: list[GrooveFacets], tolerance: float) -> tuple[OpenSurface, float]:
     """Grooves and lands as one surface that runs on beyond the cam's ends, and the largest sag of the lands, mm."""
     names = tuple(dict.fromkeys([*surface.names, "land"]))
     numbers = np.array([names.index(name) for name in surface.names], dtype=np.uint8)
@@ -418,7 +418,7 @@ def stitched(surface: TurretSurface, grooves: list[Groove], tolerance: float) ->
     return OpenSurface(every, addresses, np.concatenate(faces), np.concatenate(label), names), worst
 
 
-def _rim(surface: TurretSurface, groove: Groove, start: int, upper: bool, offset: int) -> Rim:
+def _rim(surface: TurretSurface, groove: GrooveFacets, start: int, upper: bool, offset: int) -> Rim:
     """One edge of a groove, whose vertices are numbered from `start` on, as the rim of a land."""
     number, phi = groove.rims[surface.is_last(upper)]
     x, w = surface.unrolled(groove.points[:, number], phi)

@@ -15,7 +15,7 @@ import numpy as np
 
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
-from camgeom.mechanics.finite_contact import Bodies, Profile, press
+from camgeom.mechanics.finite_contact import AxialProfile, Bodies, press
 from camgeom.mechanics.material import pair_compliance
 from camgeom.tolerance.contacts import WEIGHTS
 
@@ -67,7 +67,8 @@ def edge_of(study: ToleranceStudy) -> Edge | None:
     tilt = abs(constant) + float(np.sqrt(square))
     pair, ends = pair_compliance(loaded.roller, loaded.cam), rollers[min(at.roller[line], len(rollers) - 1)].ends
     middle = 0.5 * (along.min() + along.max())
-    profile = Profile(float(along.min() - middle), float(along.max() - middle), inf, ends.run_out, ends.radius, length)
+    low, high = float(along.min() - middle), float(along.max() - middle)
+    profile = AxialProfile(low, high, inf, ends.run_out, ends.radius, length)
     curvature = float(at.curvature[0, line].mean())
     level, tilted = (
         press(Bodies(curvature, profile, pair, gap, 0.0, loaded.roller.compliance / pair, float(ends.mirrored)), load)

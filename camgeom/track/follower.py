@@ -271,6 +271,18 @@ class Follower(Section, ABC):
     """True where its coordinate is an angle: positions in degrees, inertia for mass."""
     pressure_angle_limit: ClassVar[float]
     """deg, customary, where the profile states none"""
+    shares: ClassVar[bool] = False
+    """True where several rollers share what it has to bear: a turret's"""
+
+    @property
+    def square(self) -> bool:
+        """Whether what slides on a planar cam is flat and moves square to itself."""
+        return False
+
+    @property
+    def face_end(self) -> float | None:
+        """Where a flat face ends whose width is not stated, mm from the pivot; None: nowhere."""
+        return None
 
     @property
     def swing_radius(self) -> float:
@@ -300,6 +312,11 @@ class TranslatingFollower(Follower):
     face_radius: Length | None = Field(None, description="mm, face = curved: radius of the mushroom's face")
     face_width: Length | None = Field(None, description="mm, face = flat: width of the face, centred on its line")
     clearance: Gap = Field(0.0, description="mm, conjugate cams: play of the slide between the two cams")
+
+    @property
+    def square(self) -> bool:
+        """Whether its face is flat."""
+        return self.face == "flat"
 
     def moving(self, load_mass: float, load_inertia: float) -> float:
         """Mass, kg, of the follower with its load."""
@@ -334,6 +351,16 @@ class SwingingFollower(Follower):
     face_width: Length | None = Field(None, description="mm, face = flat: length of the face, from the pivot on")
 
     @property
+    def square(self) -> bool:
+        """Whether its face is flat and passes through the pivot."""
+        return self.face == "flat" and self.face_offset == 0.0
+
+    @property
+    def face_end(self) -> float:
+        """The end of the arm."""
+        return self.arm
+
+    @property
     def swing_radius(self) -> float:
         """The arm, mm."""
         return self.arm
@@ -354,6 +381,7 @@ class TurretFollower(Follower):
 
     rotating: ClassVar[bool] = True
     pressure_angle_limit: ClassVar[float] = 50.0  # T/WLJC 15-2018
+    shares: ClassVar[bool] = True
     # In use (T/WLJC 15-2018): below 3 the pressure angle grows, above 24 preload tends to jam.
     usual_stops: ClassVar[tuple[int, int]] = (3, 24)
     offset: ClassVar[float] = 0.0
@@ -419,6 +447,11 @@ class FrameFollower(Follower):
     guide_spacing: Length | None = Field(
         None, description="mm, between the axes of the guide bores; default: in the middle of the bars"
     )
+
+    @property
+    def square(self) -> bool:
+        """Whether it has faces, and no rollers: always, where it is asked of what slides."""
+        return True
 
     def moving(self, load_mass: float, load_inertia: float) -> float:
         """Mass, kg, of the frame with its load."""

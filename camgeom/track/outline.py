@@ -250,7 +250,7 @@ class AreaProperties:
 
 
 @immutable
-class Measured:
+class OutlineIntegrals:
     """Integrals of an outline by Gauss-Legendre quadrature between its knots."""
 
     outline: Outline

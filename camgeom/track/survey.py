@@ -38,7 +38,7 @@ T = TypeVar("T", covariant=True)
 S = TypeVar("S")
 
 
-class Contact(Protocol[T]):
+class SurveyedContact(Protocol[T]):
     """One contact of the cam, which can be asked at any cam angle."""
 
     @property
@@ -61,7 +61,7 @@ class Contact(Protocol[T]):
 
 
 def largest(
-    contacts: Iterable[Contact[S]], what: Callable[[S], Floats], refine: bool = True, grain: float = 0.0
+    contacts: Iterable[SurveyedContact[S]], what: Callable[[S], Floats], refine: bool = True, grain: float = 0.0
 ) -> Extreme:
     """The largest value of a quantity over all contacts, stations and cam angles.
 
@@ -80,7 +80,7 @@ def largest(
         phi, owner = contact.grid
         if refine:
 
-            def exact(x: Floats, contact: Contact[S] = contact, station: int = station) -> Floats:
+            def exact(x: Floats, contact: SurveyedContact[S] = contact, station: int = station) -> Floats:
                 return what(contact.at(x, station)).reshape(len(x))
 
             value, angle = refined_maximum(exact, phi, owner, values, grain=grain, least=most)
@@ -93,7 +93,7 @@ def largest(
     return best
 
 
-def smallest(contacts: Iterable[Contact[S]], what: Callable[[S], Floats], grain: float = 0.0) -> Extreme:
+def smallest(contacts: Iterable[SurveyedContact[S]], what: Callable[[S], Floats], grain: float = 0.0) -> Extreme:
     """The smallest value of a quantity over all contacts, stations and cam angles."""
     low = largest(contacts, lambda at: -what(at), grain=grain)
     return replace(low, value=-low.value)

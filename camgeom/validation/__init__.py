@@ -5,6 +5,6 @@ function that computes it. The verdict follows from the numbers alone (`entry`),
 """
 
 from camgeom.validation.catalogue import SOURCES, source_named, validate
-from camgeom.validation.entry import Answer, Entry, Reading, Row, Source
+from camgeom.validation.entry import Answer, Entry, JudgedEntry, Reading, Source
 
-__all__ = ["SOURCES", "Answer", "Entry", "Reading", "Row", "Source", "source_named", "validate"]
+__all__ = ["SOURCES", "Answer", "Entry", "JudgedEntry", "Reading", "Source", "source_named", "validate"]

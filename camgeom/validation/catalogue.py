@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 from camgeom.errors import Problem, ProfileError, did_you_mean
 from camgeom.validation import conjugate, globoidal_design, indexing, pin_insertion, pressing
-from camgeom.validation.entry import Entry, Row, Source, judge
+from camgeom.validation.entry import Entry, JudgedEntry, Source, judge
 
 SOURCES: tuple[Source, ...] = tuple(
     room.SOURCE for room in (pin_insertion, pressing, globoidal_design, indexing, conjugate)
@@ -27,7 +27,7 @@ def source_named(name: str) -> Source:
 
 def validate(
     sources: Iterable[Source] = SOURCES, slow: bool = True, watch: Callable[[Source, Entry], None] | None = None
-) -> list[Row]:
+) -> list[JudgedEntry]:
     """Every entry judged, in order; without `slow` only those that take less than a second or so."""
     rows = []
     for source in sources:

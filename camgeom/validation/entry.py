@@ -74,7 +74,7 @@ class Entry:
 
 @final
 @immutable(eq=True)
-class Row:
+class JudgedEntry:
     """A judged entry. `tolerance` is the deviation up to which the printed digits are met, `tried` the readings."""
 
     source: str
@@ -119,7 +119,7 @@ def last_digit(printed: str) -> float:
     return 0.5 * 10.0 ** (int(exponent or 0) - decimals)
 
 
-def judge(source: str, entry: Entry) -> Row:
+def judge(source: str, entry: Entry) -> JudgedEntry:
     """The entry computed and judged. Raises ValueError where a computation gives no finite number: a bug."""
     answer = entry.answer()
     equation = not entry.printed
@@ -135,7 +135,7 @@ def judge(source: str, entry: Entry) -> Row:
         verdict = "confirmed"
     elif told:
         verdict = "misprint"
-    return Row(
+    return JudgedEntry(
         source, entry.item, entry.place, entry.says, printed, entry.comparison, answer.computed, entry.unit,
         tolerance, verdict, _reason(entry.reason, verdict, told, answer.readings), answer.readings,
     )  # fmt: skip

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camgeom.dynamics.impact.laws import ImpactDamping
-from camgeom.dynamics.impact.pair import Face, Roller, Side
+from camgeom.dynamics.impact.pair import FaceSide, PairSide, Roller
 from camgeom.dynamics.impact.problem import ImpactProblem
 from camgeom.errors import Problem, ProfileError
 from camgeom.immutable import immutable
@@ -138,7 +138,7 @@ class _Fixed:
         return y.imag + 1j * (torque / problem.inertia - second * w * w), forces
 
 
-def _stacked(sides: list[Side]) -> Any:
+def _stacked(sides: list[PairSide]) -> Any:
     """Sides that differ in their clearance alone as one side whose numbers are arrays."""
     first = sides[0]
     if isinstance(first, Roller):
@@ -147,8 +147,8 @@ def _stacked(sides: list[Side]) -> Any:
         shifts: Any = np.array([side.shift for side in rollers])
         gaps: Any = np.array([side.gap for side in rollers])
         return replace(first, shift=shifts, gap=gaps, begins=begins)
-    if isinstance(first, Face):
-        gaps = np.array([side.gap for side in sides if isinstance(side, Face)])
+    if isinstance(first, FaceSide):
+        gaps = np.array([side.gap for side in sides if isinstance(side, FaceSide)])
         return replace(first, gap=gaps)
     raise ProfileError([Problem("method", "the fixed-step method knows rollers and frames", None, "the event solver")])
 

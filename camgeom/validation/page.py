@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from camgeom.drawing.content import Block, Chapter, Column, Page, Table, Text
-from camgeom.validation.entry import Row, Source
+from camgeom.validation.entry import JudgedEntry, Source
 
 VERDICTS = ("confirmed", "misprint", "not reproducible")
 HEAD = """# What the sources print, and what comes out
@@ -29,18 +29,18 @@ def number(value: float, like: float | None = None) -> str:
     return f"{value:.7g}" if like is None else f"{value:.6g}"
 
 
-def counted(rows: Sequence[Row]) -> str:
+def counted(rows: Sequence[JudgedEntry]) -> str:
     """How many rows have which verdict, as words."""
     counts = [(verdict, sum(row.verdict == verdict for row in rows)) for verdict in VERDICTS]
     return ", ".join(f"{count} {verdict}" for verdict, count in counts)
 
 
-def printed(row: Row) -> str:
+def printed(row: JudgedEntry) -> str:
     """The printed number with its comparison sign."""
     return number(row.printed) if row.comparison == "=" else f"{row.comparison} {number(row.printed)}"
 
 
-def markdown(sources: Sequence[Source], rows: Sequence[Row]) -> str:
+def markdown(sources: Sequence[Source], rows: Sequence[JudgedEntry]) -> str:
     """The page for the documentation."""
     lines = [HEAD, f"{len(rows)} results: {counted(rows)}.", ""]
     for source in sources:
@@ -55,7 +55,7 @@ def markdown(sources: Sequence[Source], rows: Sequence[Row]) -> str:
     return "\n".join(lines)
 
 
-def _facts(row: Row) -> tuple[str, ...]:
+def _facts(row: JudgedEntry) -> tuple[str, ...]:
     return (
         row.item, row.place, row.says, printed(row), number(row.computed), row.unit,
         number(row.difference, row.printed), row.verdict,
@@ -75,7 +75,7 @@ def typeset(text: str) -> str:
     return re.sub(r"(?<=[a-z])[23]$", lambda found: found[0].translate(RAISED), power)
 
 
-def results(source: Source, rows: Sequence[Row]) -> tuple[Block, ...]:
+def results(source: Source, rows: Sequence[JudgedEntry]) -> tuple[Block, ...]:
     """The results of a source and the reasons to read beside them."""
     heads = ("Item", "Where and what", "Printed", "Ours", "Unit", "Difference", "Verdict")
     own = [row for row in rows if row.source == source.short]
@@ -89,7 +89,7 @@ def results(source: Source, rows: Sequence[Row]) -> tuple[Block, ...]:
 
 
 def page(
-    sources: Sequence[Source], rows: Sequence[Row], version: str, figures: Mapping[str, tuple[Block, ...]]
+    sources: Sequence[Source], rows: Sequence[JudgedEntry], version: str, figures: Mapping[str, tuple[Block, ...]]
 ) -> Page:
     """The HTML page: a section for each source, its results, reasons and, by its short name, its figures."""
     chapters = [

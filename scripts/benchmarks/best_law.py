@@ -10,7 +10,7 @@ import numpy as np
 from kit import Table, best, milli, run, short
 
 from camgeom.motion.optimal.best import Best, sought
-from camgeom.motion.optimal.programme import NO_CUTS, Programme, Purse
+from camgeom.motion.optimal.programme import NO_CUTS, Programme, SearchPurse
 from camgeom.motion.optimal.search import SPANS
 from camgeom.motion.optimal.shape import Shape
 from camgeom.motion.optimal.wish import Task, Wish
@@ -34,7 +34,7 @@ def tables(quick: bool) -> list[Table]:
     """A row a wish."""
     mesh = Shape(np.linspace(0.0, 1.0, SPANS + 1), np.zeros(SPANS + 1))
     task = Task.of(WISHES["acceleration, jerk 60"])
-    one, _ = best(lambda: Programme(task, mesh, NO_CUTS, 0.0, 0.0).solve(Purse()), 10, clock=process_time)
+    one, _ = best(lambda: Programme(task, mesh, NO_CUTS, 0.0, 0.0).solve(SearchPurse()), 10, clock=process_time)
     rows = []
     for name, wish in WISHES.items():
         time, found = best(partial(sought, wish), 1 if quick else 5, clock=process_time)

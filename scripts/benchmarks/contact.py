@@ -11,7 +11,7 @@ import numpy as np
 from kit import Plot, Row, Table, best, milli, run, short
 
 from camgeom.mechanics import hertz
-from camgeom.mechanics.finite_contact import Bodies, Profile, press
+from camgeom.mechanics.finite_contact import AxialProfile, Bodies, press
 from camgeom.mechanics.halfspace import Even, pressed
 from camgeom.mechanics.material import STEEL, pair_compliance
 
@@ -26,7 +26,7 @@ def fixed(crown: float, n: int) -> tuple[float, float, int]:
     wide, long = 1.12 * float(exact.short), 1.12 * float(exact.long)
     dx, dy = 2.0 * wide / n, 2.0 * long / n
     x, y = (np.arange(n) + 0.5) * dx - wide, (np.arange(n) + 0.5) * dy - long
-    gap = Bodies(CURVATURE, Profile(-50.0, 50.0, crown), PAIR).gap(x, y)
+    gap = Bodies(CURVATURE, AxialProfile(-50.0, 50.0, crown), PAIR).gap(x, y)
     guess = np.sqrt(np.maximum(1.0 - (x[:, None] / wide) ** 2 - (y / long) ** 2, 0.0))
 
     def work() -> Any:
@@ -56,11 +56,11 @@ def whole(quick: bool) -> Table:
     """Contacts found from nothing: window, coarse pass, half grid for the error, solution."""
     del quick
     cases = {
-        "crown of 500 mm": (Profile(-HALF, HALF, 500.0), 0.0),
-        "crown of 500 mm, tilted 0.1 deg": (Profile(-HALF, HALF, 500.0), np.radians(0.1)),
-        "logarithmic, tilted 0.05 deg": (Profile(-HALF, HALF, run_out=0.007), np.radians(0.05)),
-        "end radius 1 mm, tilted 0.02 deg": (Profile(-HALF, HALF, end_radius=1.0), np.radians(0.02)),
-        "sharp, tilted 0.02 deg": (Profile(-HALF, HALF), np.radians(0.02)),
+        "crown of 500 mm": (AxialProfile(-HALF, HALF, 500.0), 0.0),
+        "crown of 500 mm, tilted 0.1 deg": (AxialProfile(-HALF, HALF, 500.0), np.radians(0.1)),
+        "logarithmic, tilted 0.05 deg": (AxialProfile(-HALF, HALF, run_out=0.007), np.radians(0.05)),
+        "end radius 1 mm, tilted 0.02 deg": (AxialProfile(-HALF, HALF, end_radius=1.0), np.radians(0.02)),
+        "sharp, tilted 0.02 deg": (AxialProfile(-HALF, HALF), np.radians(0.02)),
     }
     rows: list[Row] = []
     for name, (profile, tilt) in cases.items():

@@ -20,7 +20,7 @@ from camgeom.dynamics.linear.accuracy import Accuracy
 from camgeom.dynamics.linear.method import INTEGRATORS
 from camgeom.dynamics.linear.response import output
 from camgeom.dynamics.linear.solve import Solution, transient
-from camgeom.dynamics.linear.walk import Grid, aligned_grid
+from camgeom.dynamics.linear.walk import TurnGrid, aligned_grid
 from camgeom.errors import NotConverged
 from camgeom.motion import Program, Segment
 
@@ -67,7 +67,7 @@ def integrators(motion: Program, rpm: float, quick: bool) -> list[Row]:
     return rows
 
 
-def reference(system: TorsionSystem, grid: Grid) -> np.ndarray:
+def reference(system: TorsionSystem, grid: TurnGrid) -> np.ndarray:
     """The load-plate acceleration by gauss8 on a grid four times as fine, at the angles of the grid."""
     return load(system, transient(system, grid.halved().halved(), "gauss8", turns=2))[::4]
 

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from kit import ROOT, Plot, Row, Table, best, milli, run, short
 
-from camgeom.export import Body, write_mesh
+from camgeom.export import NamedMesh, write_mesh
 from camgeom.maths.mesh import Mesh
 from camgeom.model import read
 from camgeom.solid.cut import CutBlank
@@ -122,7 +122,7 @@ def large(direct: GroovedCylinder) -> Row:
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "cam.stl"
-        stl, _ = best(lambda: write_mesh([Body("cam", replace(solid.mesh), None)], path), 3)
+        stl, _ = best(lambda: write_mesh([NamedMesh("cam", replace(solid.mesh), None)], path), 3)
         data = path.read_bytes()
         raw, _ = best(lambda: (Path(folder) / "raw").write_bytes(data), 3)
     return {"triangles": len(solid.mesh.faces), "time_s": short(seconds), "peak_memory_gb": short(memory, 3),

@@ -14,7 +14,7 @@ import numpy as np
 from kit import Row, Table, best, run, short
 
 from camgeom.dynamics.impact.problem import Regime, State
-from camgeom.dynamics.impact.rates import Machine
+from camgeom.dynamics.impact.rates import CompiledProblem
 from camgeom.dynamics.impact.run import solve
 from camgeom.dynamics.impact.solver import LONGEST_STEP
 from camgeom.dynamics.impact.study import clearance_study
@@ -34,7 +34,7 @@ def general(contact: str, clearance: float, method: str, rtol: float) -> float:
     from scipy.integrate import solve_ivp
 
     problem = b1_problem(clearance, contact=contact)
-    machine = Machine(problem)
+    machine = CompiledProblem(problem)
     lift, w, factor = machine.lift, problem.speed, machine.factor
     latch = [0.0, 0.0]
     regimes = [Regime(State.FREE, k, start / w, 1.0, False) for k, start in enumerate(lift.starts)]
@@ -75,7 +75,7 @@ def general(contact: str, clearance: float, method: str, rtol: float) -> float:
 
 def contact_cost() -> list[Row]:
     """Cost of the parts of the right-hand side, and its share of a turn."""
-    machine = Machine(b1_problem(1e-4))
+    machine = CompiledProblem(b1_problem(1e-4))
     jets, touch, law = machine.jets, machine.touches[0], machine.problem.law.force
     jet = jets.at(0, 0.5)
     regime = Regime(State.MAIN, 0, 0.0, 0.1, False)

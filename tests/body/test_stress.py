@@ -13,12 +13,12 @@ from camgeom.body import bending, stress
 from camgeom.body.cut import cut_of
 from camgeom.body.element import elasticity
 from camgeom.body.groove import groove_of
-from camgeom.body.load import Patch, nodal_forces
+from camgeom.body.load import LoadPatch, nodal_forces
 from camgeom.body.rib import RibSection
 from camgeom.body.ring import even_planes, ring_about, ring_of
 from camgeom.body.section import Fineness, GroovedSection
 from camgeom.body.solver import elastic
-from camgeom.body.stress import Peak, PressedRing, RootStress
+from camgeom.body.stress import PressedRing, RootStress, StressPeak
 from camgeom.checks import judge
 from camgeom.drawing.content import Map
 from camgeom.errors import ProfileError
@@ -54,7 +54,7 @@ def known(model: Model, nominal: float, *peaks: float) -> Model:
     curve = np.zeros(stress.ANGLES)
     curve[60] = nominal
     theta = np.linspace(0.0, TURN, stress.ANGLES, endpoint=False)
-    vars(found).update(theta=theta, nominal=curve, peaks=tuple(Peak(value, np.zeros(3), 1000) for value in peaks))
+    vars(found).update(theta=theta, nominal=curve, peaks=tuple(StressPeak(value, np.zeros(3), 1000) for value in peaks))
     return model
 
 
@@ -222,7 +222,7 @@ def test_a_rib_pressed_at_its_top_bends_as_a_long_cantilever_plate(thick: float,
     assert isinstance(part, RibbedCylinder)
     bent = bending.RibBending(RibSection(part))
     ring = ring_about(bent.section, 1.0, 0.012)
-    load = Patch(0.0, 100.0, "", np.array([0.9999]), np.array([1.0]), np.array([[0.0, 0.0, 100.0]]), thick)
+    load = LoadPatch(0.0, 100.0, "", np.array([0.9999]), np.array([1.0]), np.array([[0.0, 0.0, 100.0]]), thick)
     solved = elastic(ring, model.profile.material.cam)
     moved = solved.solve(nodal_forces(ring, [[load]]))[:, :, 0]
     found = float(bent.nominal(ring, moved, load, solved.material).max())
@@ -299,7 +299,8 @@ def test_a_section_is_coloured_within_the_body_alone() -> None:
     near = np.full(stress.ANGLES, 20.0)
     found = model.root_stress
     assert found is not None
-    vars(found).update(nominal=near, peaks=tuple(Peak(200.0, np.array([0.0, 54.0, 60.0]), 9, cut) for _ in range(2)))
+    peaks = tuple(StressPeak(200.0, np.array([0.0, 54.0, 60.0]), 9, cut) for _ in range(2))
+    vars(found).update(nominal=near, peaks=peaks)
     (drawn,) = (block for block in body(model) if isinstance(block, Map))
     assert drawn.value.label == "Largest principal stress"
     assert float(np.nanmax(drawn.values)) == pytest.approx(200.0)
@@ -364,7 +365,7 @@ def test_the_worst_wall_of_the_pin_cam_has_converged() -> None:
     assert [one.value for one in found.peaks] == pytest.approx([120.6, 118.24], rel=2e-3)
     assert isinstance(found.body, PressedRing)
     assert isinstance(found.body.ring, bending.GrooveBending)
-    assert isinstance(found.body.patch, Patch)
+    assert isinstance(found.body.patch, LoadPatch)
     third = found.body.ring.peak(found.body.patch, found.body.material, 2, 0.028)
     assert third.value == pytest.approx(found.peaks[-1].value, rel=0.01)
 

@@ -18,10 +18,10 @@ from camgeom.errors import NotConverged, ProfileError
 from camgeom.motion import LAWS, Program, Segment, make
 from camgeom.motion.law import Ends
 from camgeom.motion.optimal.best import Best, Impossible, best, sought
-from camgeom.motion.optimal.programme import FEW, Purse
+from camgeom.motion.optimal.programme import FEW, SearchPurse
 from camgeom.motion.optimal.search import find
 from camgeom.motion.optimal.wish import Task, Wish
-from camgeom.motion.table import Table
+from camgeom.motion.table import PieceTable
 from camgeom.profile import parse
 from tests.places import PROFILES
 
@@ -82,7 +82,7 @@ def within(wish: Wish, law: Best) -> None:
     if wish.monotone:
         assert seen["slowest"] >= -1e-9
     assert law.bound <= law.value * (1.0 + 1e-9)
-    table = Table.of(law.pieces)
+    table = PieceTable.of(law.pieces)
     ends = table.jet(np.array([0.0, 1.0]), 2)
     np.testing.assert_allclose(ends[0], [0.0, 1.0], atol=1e-15)
     np.testing.assert_allclose(ends[1], [wish.start[0], wish.end[0]], atol=1e-12)
@@ -245,7 +245,7 @@ def test_the_bound_holds_against_a_finer_programme(name: str) -> None:
     law, task = found(CASES[name]), Task.of(CASES[name])
     mesh, cuts = Shape(np.linspace(0.0, 1.0, 257), np.zeros(257)), NO_CUTS
     for _ in range(30):
-        solved = Programme(task, mesh, cuts, 0.0, 0.0).solve(Purse())
+        solved = Programme(task, mesh, cuts, 0.0, 0.0).solve(SearchPurse())
         assert solved is not None
         over, further = excess(task, solved.shape, solved.value)
         if over < 1e-7:
@@ -389,17 +389,17 @@ def test_no_catalogue_law_is_better_in_any_band(band: tuple[float, float]) -> No
 def test_a_search_that_costs_too_much_is_refused_by_its_count_and_not_tried_again(monkeypatch) -> None:
     """Steps are counted, not timed: the same requirement has the same answer on every machine."""
     wish = Wish("jerk", velocity=1.61)
-    purse = Purse()
+    purse = SearchPurse()
     whole = purse.left
     assert find(Task.of(wish), None, purse) is not None
     spent = whole - purse.left
     assert 0 < spent < 0.1 * whole
-    assert find(Task.of(wish), None, Purse(spent + 1)) is not None
+    assert find(Task.of(wish), None, SearchPurse(spent + 1)) is not None
     with pytest.raises(NotConverged, match="more steps than are spent"):
-        find(Task.of(wish), None, Purse(spent - 1))
+        find(Task.of(wish), None, SearchPurse(spent - 1))
     made = []
 
-    class Small(Purse):
+    class Small(SearchPurse):
         def __init__(self) -> None:
             made.append(1)
             super().__init__(spent // 10)

@@ -16,17 +16,17 @@ from camgeom.errors import ProfileError
 from camgeom.maths.splines import Basis, clamped
 from camgeom.motion import LAWS, Program, Segment, make
 from camgeom.motion.law import Ends
-from camgeom.motion.table import Table
+from camgeom.motion.table import PieceTable
 
 TURN = 2 * math.pi
 number = st.floats(-50.0, 50.0)
 triple = st.tuples(number, number, number)
 
 
-def joined(name: str, ends: Ends, **params: Any) -> Table:
+def joined(name: str, ends: Ends, **params: Any) -> PieceTable:
     entry = LAWS[name]
     assert entry.problems(params) == []
-    return Table.of(entry.pieces(params, ends))
+    return PieceTable.of(entry.pieces(params, ends))
 
 
 @settings(max_examples=40, deadline=None)

@@ -12,7 +12,7 @@ import pytest
 from camgeom.checks import judge
 from camgeom.cli import main
 from camgeom.design.planar import (
-    Wanted,
+    PlanarLimits,
     balance,
     best_offset,
     margins,
@@ -26,7 +26,7 @@ from camgeom.errors import DesignError, ExportError
 from camgeom.export import write
 from camgeom.model import Model
 from camgeom.profile import read as read_profile
-from camgeom.track.outline import Measured
+from camgeom.track.outline import OutlineIntegrals
 from tests.places import PROFILES
 from tests.reference.machines import pin_cam, pin_setup
 from tests.reference.planar_machines import HARMONIC, disc, flat
@@ -41,7 +41,7 @@ def test_smallest_prime_radius_meets_the_limit(offset: float, direction: str) ->
     cam = f'base_radius = {prime - 10.0}\ndirection = "{direction}"'
     model = disc(cam, f'kind = "translating"\noffset = {offset}')
     assert degrees(model.planar.pressure_angle.value) == pytest.approx(25.0, abs=1e-9)
-    solved = smallest_base_radius(model.profile, Wanted(25.0, None), 5.0, 300.0)
+    solved = smallest_base_radius(model.profile, PlanarLimits(25.0, None), 5.0, 300.0)
     assert solved == pytest.approx(prime - 10.0, rel=1e-9)
 
 
@@ -63,23 +63,23 @@ def test_harmonic_cam_is_as_small_as_the_closed_form() -> None:
 def test_smallest_flat_base_just_keeps_the_radius() -> None:
     base = smallest_flat_base(flat().setup.program, 5.0)
     assert flat(cam=f"base_radius = {base}").planar.face_radius.value == pytest.approx(5.0, abs=1e-9)
-    assert smallest_base_radius(flat().profile, Wanted(None, 5.0)) == pytest.approx(base, rel=1e-9)
+    assert smallest_base_radius(flat().profile, PlanarLimits(None, 5.0)) == pytest.approx(base, rel=1e-9)
 
 
 def test_contact_stress_and_curvature_set_the_size() -> None:
     model = flat(rest="[operation]\nspeed = 100\nspring_preload = 900")
-    radius = smallest_base_radius(model.profile, Wanted(None, 0.0, 300.0))
+    radius = smallest_base_radius(model.profile, PlanarLimits(None, 0.0, 300.0))
     at = flat(cam=f"base_radius = {radius}", rest="[operation]\nspeed = 100\nspring_preload = 900")
     assert at.drive.peak_pressure.value == pytest.approx(300.0, rel=1e-6)
     roller = disc(motion=[(60, 20, "cycloidal"), (360, 0, "cycloidal")])
-    radius = smallest_base_radius(roller.profile, Wanted(None, 4.0))
+    radius = smallest_base_radius(roller.profile, PlanarLimits(None, 4.0))
     sharp = disc(f"base_radius = {radius}", motion=[(60, 20, "cycloidal"), (360, 0, "cycloidal")])
     assert sharp.planar.radii[0].value == pytest.approx(4.0, rel=1e-7)
 
 
 def test_no_radius_is_refused_with_the_limit_that_fails() -> None:
     with pytest.raises(DesignError, match="pressure angle fails"):
-        smallest_base_radius(disc().profile, Wanted(1.0), 5.0, 50.0)
+        smallest_base_radius(disc().profile, PlanarLimits(1.0), 5.0, 50.0)
 
 
 def test_tool_paths_are_parallel_to_the_profile() -> None:
@@ -92,7 +92,7 @@ def test_tool_paths_are_parallel_to_the_profile() -> None:
     wheel = tool_path(profile, 150.0)
     back = tool_path(wheel, -150.0).curve(phi)
     assert back.points == pytest.approx(profile.curve(phi).points, abs=1e-12)
-    one, two = (Measured(curve).properties for curve in (profile, wheel))
+    one, two = (OutlineIntegrals(curve).properties for curve in (profile, wheel))
     assert two.perimeter == pytest.approx(one.perimeter + 2.0 * pi * 150.0, rel=1e-12)
 
 
@@ -139,7 +139,7 @@ def test_design_disc_writes_the_smallest_cam_that_passes(name, tmp_path, capsys)
     assert changed[0][1].lstrip().startswith("base_radius = ")
     assert [line for _, line in changed[1:]] == asked
     profile = read_profile(new)
-    wanted = Wanted(25.0, 0.0) if name == "disc_offset_roller" else Wanted(None, 12.0)
+    wanted = PlanarLimits(25.0, 0.0) if name == "disc_offset_roller" else PlanarLimits(None, 12.0)
     base = profile.cam.base_radius
     assert min(margins(profile, base, wanted).values()) >= 0.0
     assert min(margins(profile, base - 0.011, wanted).values()) < 0.0
@@ -162,9 +162,10 @@ def test_a_crowned_rollers_pressure_is_the_one_that_checks_read(tmp_path, capsys
 
 def test_a_track_without_a_radius_of_its_own_is_asked_at_the_same_one() -> None:
     profile = read_profile(PROFILES / "both_faces_disc.toml").with_({"track[0].cam.base_radius": None})
-    angles = [margins(profile, radius, Wanted(30.0)) for radius in (45.0, 60.0)]
+    angles = [margins(profile, radius, PlanarLimits(30.0)) for radius in (45.0, 60.0)]
     assert angles[0]["pressure angle of track 2"] < angles[1]["pressure angle of track 2"]
-    own = [margins(profile.with_({"track[0].cam.base_radius": 50}), radius, Wanted(30.0)) for radius in (45.0, 60.0)]
+    second = profile.with_({"track[0].cam.base_radius": 50})
+    own = [margins(second, radius, PlanarLimits(30.0)) for radius in (45.0, 60.0)]
     assert own[0]["pressure angle of track 2"] == own[1]["pressure angle of track 2"]
 
 
@@ -240,7 +241,7 @@ def test_rockers_and_arms_have_a_smallest_radius_inside_their_triangle(kind, tmp
     from camgeom.profile import parse
 
     profile = parse(starter("conjugate") if kind == "conjugate" else SWINGING)
-    wanted = Wanted(30.0)
+    wanted = PlanarLimits(30.0)
     radius = smallest_base_radius(profile, wanted)
     assert "what can be built" in margins(profile, 1000.0, wanted)
     assert min(margins(profile, radius + 0.001, wanted).values()) >= 0.0
@@ -248,7 +249,7 @@ def test_rockers_and_arms_have_a_smallest_radius_inside_their_triangle(kind, tmp
     if kind == "conjugate":
         assert radius == pytest.approx(133.885, abs=0.01)
     with pytest.raises(DesignError, match=r"pressure angle fails by a share of .* which comes nearest"):
-        smallest_base_radius(profile, Wanted(4.0))
+        smallest_base_radius(profile, PlanarLimits(4.0))
 
 
 def test_a_frames_cam_is_as_large_as_its_bore_needs_and_that_is_said(tmp_path, capsys) -> None:

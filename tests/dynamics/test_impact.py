@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from camgeom.dynamics.impact.laws import Coulomb, HertzLine, ImpactDamping, RampedDamping
-from camgeom.dynamics.impact.lift import Arc, Lift
-from camgeom.dynamics.impact.problem import ImpactProblem, Load, RollerSpin, State
+from camgeom.dynamics.impact.lift import Lift, MotionArc
+from camgeom.dynamics.impact.problem import ImpactLoad, ImpactProblem, RollerSpin, State
 from camgeom.dynamics.impact.run import ImpactRun, solve
 from camgeom.dynamics.impact.solver import step
 from camgeom.errors import NotConverged, ProfileError
@@ -116,7 +116,7 @@ def test_free_flight_estimate_of_the_second_impact() -> None:
 
 def still_frame(law: HertzLine, damping: ImpactDamping | RampedDamping, clearance: float = 1e-3) -> ImpactProblem:
     """A frame on a cam that never moves it: a free body between two walls."""
-    pair = frame_pair(Lift((Arc(0.0, 2 * math.pi, 0.0, (0.0,)),)), 0.04, clearance)
+    pair = frame_pair(Lift((MotionArc(0.0, 2 * math.pi, 0.0, (0.0,)),)), 0.04, clearance)
     return ImpactProblem(pair, 2.0, 1e-3, law, damping)
 
 
@@ -159,7 +159,7 @@ def test_friction_loads_and_spin_keep_the_balance() -> None:
     rubbed = solve(b1_problem(1e-4, friction=friction), end_angle=END)
     assert rubbed.energy.relative_residual < 1e-9
     assert rubbed.wear[0].friction == pytest.approx(0.1 * rubbed.wear[0].sliding, rel=1e-3)
-    loaded = solve(b1_problem(1e-4, load=Load(20.0, 50.0, 5.0, 0.1)), end_angle=math.radians(60))
+    loaded = solve(b1_problem(1e-4, load=ImpactLoad(20.0, 50.0, 5.0, 0.1)), end_angle=math.radians(60))
     assert loaded.energy.relative_residual < 1e-7
     creeping = Coulomb(0.15, 0.1, 0.05, 0.1)
     spun = solve(

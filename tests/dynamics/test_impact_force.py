@@ -9,7 +9,7 @@ import pytest
 
 from camgeom.dynamics.impact import solver as impact_solver
 from camgeom.dynamics.impact.lift import ForceTable, Lift
-from camgeom.dynamics.impact.problem import Load
+from camgeom.dynamics.impact.problem import ImpactLoad
 from camgeom.dynamics.impact.study import statistics
 from camgeom.errors import NotConverged
 from camgeom.model import Model
@@ -103,9 +103,9 @@ def test_a_strong_spring_keeps_the_roller_on_one_wall(preload: float, both: bool
 
 
 def test_nothing_acts_by_default() -> None:
-    assert not Load().acts
-    assert Load().largest == 0.0
-    assert Load(applied=TestTable.table).acts
+    assert not ImpactLoad().acts
+    assert ImpactLoad().largest == 0.0
+    assert ImpactLoad(applied=TestTable.table).acts
 
 
 def test_a_contact_too_stiff_to_be_followed_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

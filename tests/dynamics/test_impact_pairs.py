@@ -10,8 +10,8 @@ import pytest
 
 from camgeom.cams.conjugate import Conjugate
 from camgeom.dynamics.impact.laws import PowerLaw
-from camgeom.dynamics.impact.lift import TURN, Arc, Lift
-from camgeom.dynamics.impact.pair import Pair, Roller, Wall, groove_pair, planar_pair
+from camgeom.dynamics.impact.lift import TURN, Lift, MotionArc
+from camgeom.dynamics.impact.pair import GrooveWall, Pair, Roller, groove_pair, planar_pair
 from camgeom.dynamics.impact.problem import ImpactProblem
 from camgeom.dynamics.impact.run import solve
 from camgeom.errors import DesignError, NotConverged, ProfileError
@@ -75,7 +75,7 @@ def table_pair(pair: Pair, count: int = 360) -> Pair:
     walls = []
     for side in (pair.main, pair.back):
         _, lever, _, _, sliding, bend = (tuple(map(float, row)) for row in side.many(pair.lift, angle, np.zeros(count)))
-        walls.append(Wall(side.push, tuple(side.push * h for h in lever), bend, sliding))
+        walls.append(GrooveWall(side.push, tuple(side.push * h for h in lever), bend, sliding))
     return replace(pair, main=walls[0], back=walls[1])
 
 
@@ -292,8 +292,8 @@ def test_flanks_of_a_swinging_groove_give_levers_per_radian() -> None:
 
 def test_lift_refuses_what_does_not_close() -> None:
     with pytest.raises(DesignError, match="close after one turn"):
-        Lift((Arc(0.0, TURN, 0.0, (0.0, 0.01)),))
+        Lift((MotionArc(0.0, TURN, 0.0, (0.0, 0.01)),))
     with pytest.raises(DesignError, match="velocity jumps at 70 degrees"):
         rise_return_lift("constant-velocity")
     with pytest.raises(ProfileError, match="follow each other"):
-        Lift((Arc(0.0, 1.0, 0.0, (0.0,)),))
+        Lift((MotionArc(0.0, 1.0, 0.0, (0.0,)),))

@@ -104,8 +104,6 @@ def test_follower_study(lift: Program) -> None:
     assert figures["contact_lost"] is False
     assert figures["frequencies_hz"][0] == pytest.approx(np.sqrt(2.02e6 / 2.0) / (2.0 * pi))
     assert figures["least_contact_force_n"] > 0.0
-    limit = study.jump_speed_rpm(300.0, 900.0)
-    assert limit == pytest.approx(73.92246 * 30.0 / pi, rel=1e-6)
     assert not study.flight.events
     grooved = follower_study(spec, lift, 600.0, closure="form")
     assert grooved.jump is None

@@ -14,7 +14,7 @@ from camgeom.errors import NotConverged, ProfileError
 from camgeom.maths import Floats
 from camgeom.mechanics.hertz import point_contact
 from camgeom.model import Model
-from camgeom.model.vibration import Kept
+from camgeom.model.vibration import KnownForce
 from camgeom.profile import from_data
 from camgeom.profile.text import load
 from tests.places import PROFILES
@@ -89,7 +89,7 @@ def test_a_solved_force_is_solved_once_at_each_cam_angle() -> None:
         asked.append(len(theta))
         return np.cos(theta)
 
-    kept, theta = Kept(force), np.linspace(0.0, 3.0, 31)
+    kept, theta = KnownForce(force), np.linspace(0.0, 3.0, 31)
     assert np.array_equal(kept(theta), np.cos(theta))
     more = np.concatenate([theta, theta[:-1] + 0.05])[::-1]
     assert np.array_equal(kept(more), np.cos(more))

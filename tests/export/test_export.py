@@ -18,7 +18,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from camgeom.errors import ExportError
-from camgeom.export import Body, as_bodies, format_of, formats, write, write_mesh
+from camgeom.export import NamedMesh, as_bodies, format_of, formats, write, write_mesh
 from camgeom.export.files import number_lines
 from camgeom.maths.creases import shade
 from camgeom.maths.mesh import Mesh
@@ -41,7 +41,7 @@ def tube(n: int = 60, m: int = 24, shift: float = 0.0) -> Mesh:
     return Mesh(points, faces.astype(np.int32), ("flank", "land"), group, fields)
 
 
-BODIES = (Body(NAME, tube(), (1.0, 0.5, 0.0)), Body("second", tube(31, 9, shift=200.0)))
+BODIES = (NamedMesh(NAME, tube(), (1.0, 0.5, 0.0)), NamedMesh("second", tube(31, 9, shift=200.0)))
 
 
 def soup(mesh: Mesh) -> Any:
@@ -50,7 +50,7 @@ def soup(mesh: Mesh) -> Any:
 
 
 @pytest.fixture(params=[1, 2], ids=["one body", "two bodies"])
-def bodies(request: pytest.FixtureRequest) -> tuple[Body, ...]:
+def bodies(request: pytest.FixtureRequest) -> tuple[NamedMesh, ...]:
     return BODIES[: request.param]
 
 
@@ -63,7 +63,7 @@ def test_the_mesh_of_these_tests_is_a_closed_ring() -> None:
 
 @pytest.mark.parametrize("extension", [".3mf", ".glb", ".obj", ".ply", ".stl", ".vtu"])
 def test_the_writer_returns_the_size_and_repeats_itself(
-    tmp_path: Path, extension: str, bodies: tuple[Body, ...]
+    tmp_path: Path, extension: str, bodies: tuple[NamedMesh, ...]
 ) -> None:
     path = tmp_path / f"cam{extension}"
     size = write_mesh(bodies, path)
@@ -73,7 +73,7 @@ def test_the_writer_returns_the_size_and_repeats_itself(
     assert path.read_bytes() == first
 
 
-def test_stl_is_the_float32_rounding_of_the_mesh(tmp_path: Path, bodies: tuple[Body, ...]) -> None:
+def test_stl_is_the_float32_rounding_of_the_mesh(tmp_path: Path, bodies: tuple[NamedMesh, ...]) -> None:
     write_mesh(bodies, tmp_path / "cam.stl")
     corners = np.concatenate([soup(body.mesh) for body in bodies])
     read = trimesh.load_mesh(tmp_path / "cam.stl", process=False)
@@ -93,7 +93,7 @@ def test_stl_of_a_triangle_without_area_has_a_zero_normal(tmp_path: Path) -> Non
     assert np.fromfile(tmp_path / "flat.stl", "<f4", count=3, offset=84).tolist() == [0.0, 0.0, 0.0]
 
 
-def joined(bodies: tuple[Body, ...]) -> dict[str, Any]:
+def joined(bodies: tuple[NamedMesh, ...]) -> dict[str, Any]:
     """The bodies as one table of vertices and one of faces."""
     starts = np.cumsum([0, *(len(body.mesh.vertices) for body in bodies)])
     return {
@@ -105,7 +105,7 @@ def joined(bodies: tuple[Body, ...]) -> dict[str, Any]:
     }
 
 
-def test_vtu_keeps_every_bit(tmp_path: Path, bodies: tuple[Body, ...]) -> None:
+def test_vtu_keeps_every_bit(tmp_path: Path, bodies: tuple[NamedMesh, ...]) -> None:
     write_mesh(bodies, tmp_path / "cam.vtu")
     read, want = meshio.read(tmp_path / "cam.vtu"), joined(bodies)
     np.testing.assert_array_equal(read.points, want["points"])
@@ -119,7 +119,7 @@ def test_vtu_keeps_every_bit(tmp_path: Path, bodies: tuple[Body, ...]) -> None:
     )
 
 
-def test_ply_keeps_every_bit_and_names_its_groups(tmp_path: Path, bodies: tuple[Body, ...]) -> None:
+def test_ply_keeps_every_bit_and_names_its_groups(tmp_path: Path, bodies: tuple[NamedMesh, ...]) -> None:
     write_mesh(bodies, tmp_path / "cam.ply")
     read, want = trimesh.load_mesh(tmp_path / "cam.ply", process=False), joined(bodies)
     np.testing.assert_array_equal(read.vertices, want["points"])
@@ -133,13 +133,13 @@ def test_ply_keeps_every_bit_and_names_its_groups(tmp_path: Path, bodies: tuple[
 
 @pytest.mark.parametrize("extension", [".ply", ".vtu"])
 def test_bodies_with_different_fields_are_refused(tmp_path: Path, extension: str) -> None:
-    plain = Body("plain", Mesh(BODIES[0].mesh.vertices, BODIES[0].mesh.faces))
+    plain = NamedMesh("plain", Mesh(BODIES[0].mesh.vertices, BODIES[0].mesh.faces))
     with pytest.raises(ExportError, match="'second' and 'plain' carry different fields"):
         write_mesh([BODIES[1], plain], tmp_path / f"cam{extension}")
     assert not list(tmp_path.iterdir())
 
 
-def test_obj_keeps_nine_decimals_and_its_groups(tmp_path: Path, bodies: tuple[Body, ...]) -> None:
+def test_obj_keeps_nine_decimals_and_its_groups(tmp_path: Path, bodies: tuple[NamedMesh, ...]) -> None:
     write_mesh(bodies, tmp_path / "cam.obj")
     read = meshio.read(tmp_path / "cam.obj")
     points = np.concatenate([body.mesh.vertices for body in bodies])
@@ -162,7 +162,7 @@ def test_obj_is_read_by_a_second_reader(tmp_path: Path) -> None:
     assert read.volume == pytest.approx(BODIES[0].mesh.volume, rel=1e-9)
 
 
-def test_3mf_is_read_strictly_by_the_reference_reader(tmp_path: Path, bodies: tuple[Body, ...]) -> None:
+def test_3mf_is_read_strictly_by_the_reference_reader(tmp_path: Path, bodies: tuple[NamedMesh, ...]) -> None:
     path = tmp_path / "a & <b>.3mf"
     write_mesh(bodies, path)
     model = lib3mf.Wrapper().CreateModel()
@@ -186,7 +186,7 @@ def test_3mf_is_read_strictly_by_the_reference_reader(tmp_path: Path, bodies: tu
     assert not items.MoveNext()
 
 
-def test_3mf_keeps_seven_decimals(tmp_path: Path, bodies: tuple[Body, ...]) -> None:
+def test_3mf_keeps_seven_decimals(tmp_path: Path, bodies: tuple[NamedMesh, ...]) -> None:
     write_mesh(bodies, tmp_path / "cam.3mf")
     scene = trimesh.load_scene(tmp_path / "cam.3mf", process=False)
     read = sorted(scene.geometry.values(), key=lambda mesh: mesh.bounds[0][0])
@@ -205,7 +205,7 @@ def test_3mf_of_an_open_mesh_is_a_surface(tmp_path: Path) -> None:
     assert b'type="model"' not in text
 
 
-def test_glb_is_read_in_metres_with_the_axis_upward(tmp_path: Path, bodies: tuple[Body, ...]) -> None:
+def test_glb_is_read_in_metres_with_the_axis_upward(tmp_path: Path, bodies: tuple[NamedMesh, ...]) -> None:
     write_mesh(bodies, tmp_path / "cam.glb")
     scene = trimesh.load_scene(tmp_path / "cam.glb", process=False)
     places = dict(reversed(scene.graph.get(node)) for node in scene.graph.nodes_geometry)

@@ -16,7 +16,7 @@ from camgeom.export.step.check import check_solid
 from camgeom.export.step.cut import cut_solid
 from camgeom.export.step.geometry import WORLD, Circle, Cone, Frame, Plane, SplineCurve, SplineSurface
 from camgeom.export.step.meeting import SurfaceCrossing, corner
-from camgeom.export.step.tagged import Cut, Tagged, subtract_tagged
+from camgeom.export.step.tagged import Tagged, TaggedMesh, subtract_tagged
 from camgeom.model import Model, read
 from camgeom.profile import parse
 from camgeom.solid.cut import IndexingCut
@@ -200,7 +200,7 @@ def test_a_drum_of_ten_metres_takes_no_finer_mesh_than_one_of_one(monkeypatch: p
     """Its topology was settled on a mesh of 30 and of 8 µm: 4 million triangles and 1.5 GB."""
     sizes: list[int] = []
 
-    def counted(blank: Tagged, tools: list[Tagged]) -> Cut:
+    def counted(blank: Tagged, tools: list[Tagged]) -> TaggedMesh:
         sizes.append(len(blank.faces) + sum(len(tool.faces) for tool in tools))
         return subtract_tagged(blank, tools)
 

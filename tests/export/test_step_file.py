@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from camgeom.errors import ExportError
 from camgeom.export import format_of
-from camgeom.export.step import Assembly, Brep, Facets, step_text, write_step
+from camgeom.export.step import Assembly, Brep, FacetBody, step_text, write_step
 from camgeom.export.step.brep import Placed
 from camgeom.export.step.geometry import Frame
 from camgeom.export.step.groove import grooved_solid
@@ -76,9 +76,9 @@ def test_header_names_the_schema(schema: str, says: str) -> None:
 
 def test_triangles_need_ap242() -> None:
     mesh = drum().solid(0.5).mesh
-    assert "TRIANGULATED_FACE('flank'" in step_text(Facets("cam", mesh))
+    assert "TRIANGULATED_FACE('flank'" in step_text(FacetBody("cam", mesh))
     with pytest.raises(ExportError, match="AP242"):
-        step_text(Facets("cam", mesh), "AP214")
+        step_text(FacetBody("cam", mesh), "AP214")
 
 
 def test_a_body_placed_twice_is_written_once() -> None:
@@ -98,7 +98,7 @@ def test_a_failed_write_leaves_the_earlier_file(tmp_path: Path) -> None:
     size = write_step(target, disc())
     assert target.stat().st_size == size
     with pytest.raises(ExportError):
-        write_step(target, Facets("cam", drum().solid(0.5).mesh), "AP214")
+        write_step(target, FacetBody("cam", drum().solid(0.5).mesh), "AP214")
     assert target.stat().st_size == size
     assert list(tmp_path.iterdir()) == [target]
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from camgeom.export.step import Assembly, Brep, Facets, write_step
+from camgeom.export.step import Assembly, Brep, FacetBody, write_step
 from camgeom.export.step.brep import Placed
 from camgeom.export.step.check import check_solid
 from camgeom.export.step.file import Schema
@@ -108,7 +108,7 @@ def test_assembly_puts_its_parts_where_it_says(tmp_path: Path) -> None:
 
 def test_triangles(tmp_path: Path) -> None:
     mesh = drum().solid(0.2).mesh
-    write_step(tmp_path / "a.step", Facets("cam", mesh))
+    write_step(tmp_path / "a.step", FacetBody("cam", mesh))
     verdict = judged_files([tmp_path / "a.step"])[0]
     assert verdict.triangles == len(mesh.faces)
     assert set(verdict.face_names) == set(mesh.groups)

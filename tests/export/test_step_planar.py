@@ -18,7 +18,7 @@ from camgeom.solid.blank import Blank, Bore
 from camgeom.solid.drum import RibbedCylinder
 from camgeom.solid.prism import FaceGroove, GroovedPlate, Loop, Prism
 from camgeom.track import Slide, Straight, Track
-from camgeom.track.outline import CircleOutline, Measured, RollerOutline
+from camgeom.track.outline import CircleOutline, OutlineIntegrals, RollerOutline
 from tests.export.step_bodies import BORE, LENGTH, RADIUS, rise_and_return
 
 
@@ -43,7 +43,7 @@ def test_disc_cam_has_the_area_of_its_exact_outline(sense: float) -> None:
     verdict = check_solid(solid)
     assert verdict.problems == ()
     assert verdict.genus == 1
-    assert verdict.volume == pytest.approx(16.0 * (Measured(outline).properties.area - bore.area), rel=1e-9)
+    assert verdict.volume == pytest.approx(16.0 * (OutlineIntegrals(outline).properties.area - bore.area), rel=1e-9)
     assert {face.name for face in solid.faces} == {"flank", "bore", "keyway", "end"}
 
 
@@ -56,7 +56,7 @@ def test_face_groove_plate() -> None:
         GroovedPlate("plate", Loop(rim, "rim"), (groove,), 0.0, 20.0, BORE), 1e-7
     )
     verdict = check_solid(solid)
-    groove = Measured(outer).properties.area - Measured(inner).properties.area
+    groove = OutlineIntegrals(outer).properties.area - OutlineIntegrals(inner).properties.area
     assert verdict.problems == ()
     assert verdict.genus == 1
     assert verdict.volume == pytest.approx(20.0 * pi * (95.0**2 - 20.0**2) - 12.0 * groove, rel=1e-9)

@@ -14,7 +14,7 @@ from camgeom.checks import judge, squared_remedy
 from camgeom.errors import ProfileError
 from camgeom.maths.panels import panels
 from camgeom.mechanics import finite_turn
-from camgeom.mechanics.finite_contact import INSIDE, Bodies, Profile, press
+from camgeom.mechanics.finite_contact import INSIDE, AxialProfile, Bodies, press
 from camgeom.mechanics.roller_duty import RollerDuty
 from camgeom.model import Model, read
 from camgeom.profile import from_data
@@ -169,7 +169,7 @@ def test_advice_about_tilt_solves_one_contact_and_no_turn(tilted_return: str, mo
     duty = next(one for one in read(tilted_return).carriers if one.squared is not None)
     assert duty.square_spot == pytest.approx(duty.squared[1].least_peak.value, rel=0.01)
     words = f"the roller presses there with {duty.square_spot:.6g} MPa"
-    monkeypatch.setattr(finite_turn, "Table", None)
+    monkeypatch.setattr(finite_turn, "PressureTable", None)
     assert squared_remedy(duty, duty.square_spot * 0.999) == ""
     assert squared_remedy(duty, duty.square_spot * 1.001).endswith(words)
 
@@ -237,10 +237,10 @@ def test_the_table_is_the_half_space_at_every_angle(roller: dict[str, Any]) -> N
 
 
 def test_the_table_is_solved_only_where_loads_and_curvatures_go_together() -> None:
-    bodies = Bodies(0.02, Profile(-5.0, 5.0, end_radius=1.0), 1e-5, 1e-4)
+    bodies = Bodies(0.02, AxialProfile(-5.0, 5.0, end_radius=1.0), 1e-5, 1e-4)
     load, curvature = np.linspace(20.0, 1000.0, 300), np.geomspace(0.1, 0.005, 300)
     edges = np.linspace(-5.0, 5.0, 12)
-    table = finite_turn.Table(bodies, load, curvature, edges, cells=(16, 24, 32))
+    table = finite_turn.PressureTable(bodies, load, curvature, edges, cells=(16, 24, 32))
     told = table.pressures(load, curvature)
     known = ~np.isnan(table.values).any(axis=-1)
     assert 0 < known.sum() < 0.6 * known.size
@@ -250,12 +250,12 @@ def test_the_table_is_solved_only_where_loads_and_curvatures_go_together() -> No
 
 
 def test_curvatures_that_differ_by_rounding_alone_are_one() -> None:
-    bodies, edges = Bodies(0.02, Profile(-5.0, 5.0, end_radius=1.0), 1e-5, 1e-4), np.linspace(-5.0, 5.0, 12)
+    bodies, edges = Bodies(0.02, AxialProfile(-5.0, 5.0, end_radius=1.0), 1e-5, 1e-4), np.linspace(-5.0, 5.0, 12)
     load = np.linspace(500.0, 1000.0, 30)
     told = []
     for noise in (0.0, 1e-14):
         curvature = 0.02 * (1.0 + noise * np.linspace(-1.0, 1.0, 30))
-        table = finite_turn.Table(bodies, load, curvature, edges, cells=(16, 24, 32))
+        table = finite_turn.PressureTable(bodies, load, curvature, edges, cells=(16, 24, 32))
         assert len(table.bends) == 1
         told.append(table.pressures(load, curvature))
     assert np.array_equal(*told)
@@ -265,9 +265,10 @@ def test_walls_that_ask_for_the_same_contacts_share_them() -> None:
     load, curvature, edges = np.linspace(500.0, 1000.0, 30), np.full(30, 0.02), np.linspace(-5.0, 5.0, 12)
     told = []
     for tilt, noise in ((2e-4, 0.0), (-2e-4, 1e-14)):
-        bodies = Bodies(0.02, Profile(-5.0, 5.0, end_radius=1.0), 1e-5, tilt, growth=1e-18 * tilt)
-        table = finite_turn.Table(bodies, load * (1.0 + noise), curvature, edges, np.linspace(-1e-22, 1e-22, 30),
-                                  cells=(16, 24, 32))  # fmt: skip
+        bodies = Bodies(0.02, AxialProfile(-5.0, 5.0, end_radius=1.0), 1e-5, tilt, growth=1e-18 * tilt)
+        table = finite_turn.PressureTable(
+            bodies, load * (1.0 + noise), curvature, edges, np.linspace(-1e-22, 1e-22, 30), cells=(16, 24, 32)
+        )
         assert len(table.leans) == 1
         missed = press.cache_info().misses
         told.append(table.pressures(load, curvature))

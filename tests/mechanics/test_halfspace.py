@@ -10,8 +10,8 @@ import pytest
 
 from camgeom.maths import Floats
 from camgeom.mechanics import hertz
-from camgeom.mechanics.finite_contact import INSIDE, Bodies, Patch, Profile, press
-from camgeom.mechanics.halfspace import Even, Strips, pressed
+from camgeom.mechanics.finite_contact import INSIDE, AxialProfile, Bodies, PressurePatch, press
+from camgeom.mechanics.halfspace import Even, StripSpectrum, pressed
 from camgeom.mechanics.material import STEEL, pair_compliance
 from scripts.judge_contact import CASES, judged
 from tests.reference import half_space
@@ -31,7 +31,7 @@ def test_crowns_against_the_exact_ellipse(k: float, line: float, peaks: tuple[fl
     """64 x 64 within 0.1 %, its error stated, with the approach, the shear below and the centre of the load."""
     crown = CROWNS[number]
     exact = hertz.point_contact(500.0, 1.0 / crown, k, PAIR)
-    found = press(Bodies(k, Profile(-5.0, 5.0, crown), PAIR), 500.0)
+    found = press(Bodies(k, AxialProfile(-5.0, 5.0, crown), PAIR), 500.0)
     assert found.pressure.shape == (64, 64)
     assert found.peak[0] == pytest.approx(peaks[number], rel=2e-4)
     assert found.peak[0] == pytest.approx(float(exact.pressure), rel=1e-3)
@@ -56,16 +56,16 @@ def test_the_error_falls_as_the_square_of_the_cells() -> None:
     for n in counts:
         dx, dy = 2.0 * wide / n, 2.0 * long / n
         x, y = (np.arange(n) + 0.5) * dx - wide, (np.arange(n) + 0.5) * dy - long
-        bodies = Bodies(k, Profile(-50.0, 50.0, crown), PAIR)
+        bodies = Bodies(k, AxialProfile(-50.0, 50.0, crown), PAIR)
         found = pressed(bodies.gap(x, y), Even(n, n, dx, dy, PAIR), np.array(dx * dy), 500.0)
-        patch = Patch(bodies, 500.0, x, y, np.full(n, dy), found.pressure, found.approach, found.steps)
+        patch = PressurePatch(bodies, 500.0, x, y, np.full(n, dy), found.pressure, found.approach, found.steps)
         errors.append(abs(patch.peak[0] / float(exact.pressure) - 1.0))
     assert errors[2] < 1e-4
     assert np.polyfit(np.log(counts), np.log(errors), 1)[0] < -1.9
 
 
 def test_the_middle_of_a_long_roller_is_a_line() -> None:
-    found = press(Bodies(0.1, Profile(-50.0, 50.0), PAIR), 5000.0)
+    found = press(Bodies(0.1, AxialProfile(-50.0, 50.0), PAIR), 5000.0)
     middle = float(np.interp(0.0, found.y, found.line_load))
     assert found.at(0.0) == pytest.approx(float(hertz.line_pressure(middle, 0.1, PAIR)), rel=1e-3)
     half = float(hertz.line_half_width(middle, 0.1, PAIR))
@@ -85,7 +85,7 @@ def test_against_the_reference_solver_with_tilt_and_ends(crown: float, tilt: flo
     n, m, wide, length = 24, 40, 0.6, 12.0
     dx, dy = wide / n, length / m
     x, y = (np.arange(n) + 0.5) * dx - 0.5 * wide, (np.arange(m) + 0.5) * dy - 0.5 * length
-    gap = Bodies(0.1, Profile(-6.0, 6.0, crown), PAIR, tilt).gap(x, y)
+    gap = Bodies(0.1, AxialProfile(-6.0, 6.0, crown), PAIR, tilt).gap(x, y)
     found = pressed(gap, Even(n, m, dx, dy, PAIR), np.array(dx * dy), 500.0, tolerance=1e-11)
     other = half_space.pressed(gap, dx, dy, PAIR, 500.0, 1e-12)
     assert np.abs(found.pressure - other).max() < 1e-7 * other.max()
@@ -95,7 +95,7 @@ def test_against_the_reference_solver_with_tilt_and_ends(crown: float, tilt: flo
 def test_strips_of_one_length_are_even_cells() -> None:
     p = np.random.default_rng(3).random((16, 12))
     edges = np.linspace(-1.8, 1.8, 13)
-    even, strips = Even(16, 12, 0.1, 0.3, PAIR), Strips(16, 0.1, edges, PAIR)
+    even, strips = Even(16, 12, 0.1, 0.3, PAIR), StripSpectrum(16, 0.1, edges, PAIR)
     assert np.abs(even(p) - strips(p)).max() < 1e-13 * np.abs(even(p)).max()
 
 
@@ -105,7 +105,7 @@ class Plain:
 
     stiff = 1.0
 
-    def __init__(self, strips: Strips) -> None:
+    def __init__(self, strips: StripSpectrum) -> None:
         self.strips = strips
 
     def __call__(self, pressure: Floats) -> Floats:
@@ -116,9 +116,9 @@ class Plain:
 
 
 def test_waves_along_strips_lead_to_the_same_pressure_in_a_third_of_the_steps() -> None:
-    patch = press(Bodies(0.1, Profile(-6.0, 6.0, end_radius=0.1), PAIR, 3e-4), 500.0, strips=128)
+    patch = press(Bodies(0.1, AxialProfile(-6.0, 6.0, end_radius=0.1), PAIR, 3e-4), 500.0, strips=128)
     edges = np.concatenate([[0.0], np.cumsum(patch.along)]) + patch.y[0] - 0.5 * patch.along[0]
-    strips = Strips(len(patch.x), patch.width, edges, PAIR)
+    strips = StripSpectrum(len(patch.x), patch.width, edges, PAIR)
     gap, area = patch.bodies.gap(patch.x, patch.y), patch.width * patch.along[None, :]
     led, plain = (pressed(gap, how, area, 500.0, tolerance=1e-10) for how in (strips, Plain(strips)))
     assert np.abs(led.pressure - plain.pressure).max() < 1e-6 * plain.pressure.max()
@@ -130,7 +130,7 @@ def test_a_sharp_end_that_bears_has_no_peak() -> None:
     """The end cell grows with the grid as its length to the -1/2; half a millimetre inside the pressure settles."""
     tops, inner = [], []
     for strips in (48, 96, 192):
-        found = press(Bodies(0.1, Profile(-6.0, 6.0), PAIR, tilt=-2e-4), 500.0, strips=strips)
+        found = press(Bodies(0.1, AxialProfile(-6.0, 6.0), PAIR, tilt=-2e-4), 500.0, strips=strips)
         assert found.unbounded
         assert found.bearing_ends == (False, True)
         tops.append(found.ridge[-1] * np.sqrt(found.along[-1]))
@@ -139,12 +139,12 @@ def test_a_sharp_end_that_bears_has_no_peak() -> None:
     assert tops[2] == pytest.approx(tops[1], rel=0.03)
     assert inner[2] == pytest.approx(inner[1], rel=2e-3)
     assert 2.3 < found.centre < 2.6
-    off = press(Bodies(0.1, Profile(-6.0, 6.0, 500.0), PAIR, tilt=-2e-4), 500.0)
+    off = press(Bodies(0.1, AxialProfile(-6.0, 6.0, 500.0), PAIR, tilt=-2e-4), 500.0)
     assert not off.unbounded
 
 
 def test_what_touches_next_to_a_sharp_end_alone_is_told_halfway() -> None:
-    found = press(Bodies(0.1, Profile(-6.0, 6.0), PAIR, tilt=-1e-2), 1.0)
+    found = press(Bodies(0.1, AxialProfile(-6.0, 6.0), PAIR, tilt=-1e-2), 1.0)
     assert found.unbounded
     assert found.length < INSIDE
     assert found.inside == pytest.approx(0.5 * found.length)
@@ -154,46 +154,46 @@ def test_what_touches_next_to_a_sharp_end_alone_is_told_halfway() -> None:
 
 @pytest.mark.parametrize(("end", "tilt", "share"), [(0.5, 0.0, 0.02), (1.0, 3e-4, 0.01), (1.0, -3e-4, 0.01)])
 def test_a_rounded_end_has_a_peak_that_settles(end: float, tilt: float, share: float) -> None:
-    fine = press(Bodies(0.1, Profile(-6.0, 6.0, end_radius=end), PAIR, tilt), 500.0, strips=192)
-    found = press(Bodies(0.1, Profile(-6.0, 6.0, end_radius=end), PAIR, tilt), 500.0)
+    fine = press(Bodies(0.1, AxialProfile(-6.0, 6.0, end_radius=end), PAIR, tilt), 500.0, strips=192)
+    found = press(Bodies(0.1, AxialProfile(-6.0, 6.0, end_radius=end), PAIR, tilt), 500.0)
     assert not found.unbounded
     assert found.peak[0] == pytest.approx(fine.peak[0], rel=share)
     assert abs(found.peak[1]) == pytest.approx(6.0, abs=0.02)
     assert np.sign(found.centre) == -np.sign(tilt) or tilt == 0.0
-    softer = press(Bodies(0.1, Profile(-6.0, 6.0, end_radius=2.0 * end), PAIR, tilt), 500.0)
+    softer = press(Bodies(0.1, AxialProfile(-6.0, 6.0, end_radius=2.0 * end), PAIR, tilt), 500.0)
     assert softer.peak[0] < found.peak[0]
 
 
 def test_a_tilt_moves_the_ellipse_along_the_crown() -> None:
     """Exactly by crown radius times tilt, as long as it ends within the roller."""
-    found = press(Bodies(0.1, Profile(-6.0, 6.0, 500.0), PAIR, tilt=-3e-3), 500.0)
+    found = press(Bodies(0.1, AxialProfile(-6.0, 6.0, 500.0), PAIR, tilt=-3e-3), 500.0)
     exact = hertz.point_contact(500.0, 1.0 / 500.0, 0.1, PAIR)
     assert found.peak == pytest.approx((float(exact.pressure), 1.5), rel=1e-3)
     assert found.centre == pytest.approx(1.5, abs=1e-3)
 
 
 def test_a_logarithmic_run_out_ends_within_the_roller() -> None:
-    straight = press(Bodies(0.1, Profile(-6.0, 6.0, run_out=0.00035 * 20.0), PAIR), 2000.0)
+    straight = press(Bodies(0.1, AxialProfile(-6.0, 6.0, run_out=0.00035 * 20.0), PAIR), 2000.0)
     assert not straight.unbounded
     assert straight.length < 12.0
-    tilted = press(Bodies(0.1, Profile(-6.0, 6.0, run_out=0.00035 * 20.0), PAIR, 3e-4), 2000.0)
+    tilted = press(Bodies(0.1, AxialProfile(-6.0, 6.0, run_out=0.00035 * 20.0), PAIR, 3e-4), 2000.0)
     assert tilted.peak[0] > straight.peak[0]
     assert tilted.peak[1] < straight.peak[1]
     y = np.array([-5.4, 0.0, 5.4])
-    assert Profile(-6.0, 6.0, run_out=0.007).drop(y) == pytest.approx(0.007 * np.log(1.0 / (1.0 - (y / 6.0) ** 2)))
+    assert AxialProfile(-6.0, 6.0, run_out=0.007).drop(y) == pytest.approx(0.007 * np.log(1.0 / (1.0 - (y / 6.0) ** 2)))
 
 
 def test_a_twisted_ellipse_has_the_principal_curvatures() -> None:
     """A flank straight along a line at 0.3 rad to the axis: x² - (k + c) x + k c cos² of it."""
     k, c, twist = 0.1, 1.0 / 100.0, 0.3
-    found = press(Bodies(k, Profile(-8.0, 8.0, 1.0 / c), PAIR, twist=twist), 500.0)
+    found = press(Bodies(k, AxialProfile(-8.0, 8.0, 1.0 / c), PAIR, twist=twist), 500.0)
     half, root = 0.5 * (k + c), np.sqrt((0.5 * (k + c)) ** 2 - k * c * np.cos(twist) ** 2)
     exact = hertz.point_contact(500.0, half - root, half + root, PAIR)
     assert found.peak[0] == pytest.approx(float(exact.pressure), rel=2e-3)
 
 
 def test_a_mirrored_end_is_softer() -> None:
-    bodies = Bodies(0.1, Profile(-6.0, 6.0, end_radius=0.5), PAIR)
+    bodies = Bodies(0.1, AxialProfile(-6.0, 6.0, end_radius=0.5), PAIR)
     whole, free = press(bodies, 500.0), press(Bodies(0.1, bodies.profile, PAIR, mirror=1.0), 500.0)
     assert free.peak[0] < whole.peak[0]
     assert free.approach > whole.approach
@@ -201,8 +201,8 @@ def test_a_mirrored_end_is_softer() -> None:
 
 def test_the_load_is_carried_and_scales() -> None:
     """Load times s³, lengths times s: pressure times s, as of any such contact."""
-    small = press(Bodies(0.1, Profile(-6.0, 6.0, 5000.0, end_radius=1.0), PAIR), 800.0)
-    large = press(Bodies(0.05, Profile(-12.0, 12.0, 10000.0, end_radius=2.0), PAIR), 3200.0)
+    small = press(Bodies(0.1, AxialProfile(-6.0, 6.0, 5000.0, end_radius=1.0), PAIR), 800.0)
+    large = press(Bodies(0.05, AxialProfile(-12.0, 12.0, 10000.0, end_radius=2.0), PAIR), 3200.0)
     assert large.peak[0] == pytest.approx(small.peak[0], rel=1e-6)
     carried = float((large.line_load * large.along).sum())
     assert carried == pytest.approx(3200.0, rel=1e-12)
@@ -226,7 +226,7 @@ def test_the_influence_of_a_cell_is_loves() -> None:
 @pytest.mark.parametrize("half", [7.0, 7.2, 7.4, 7.6])
 def test_a_rounded_end_that_bears_is_found_whatever_the_coarse_cells(half: float) -> None:
     """The peak at the rounding hardly hangs on the length under the same load per length; 96 strips against 192."""
-    bodies = Bodies(0.0686, Profile(-half, half, end_radius=1.0), PAIR)
+    bodies = Bodies(0.0686, AxialProfile(-half, half, end_radius=1.0), PAIR)
     peaks = [press(bodies, 200.0 * 2.0 * half, strips=n, checked=False).peak for n in (96, 192)]
     assert peaks[0][0] == pytest.approx(peaks[1][0], rel=0.02)
     assert peaks[1][0] == pytest.approx(2080.0, rel=0.03)
@@ -235,7 +235,7 @@ def test_a_rounded_end_that_bears_is_found_whatever_the_coarse_cells(half: float
 
 def test_a_contact_whose_cells_keep_coming_and_going_settles() -> None:
     """A crown of 50 m, nearly straight between its rounded ends, did not; its neighbour of 49.9 m presses alike."""
-    found = [press(Bodies(0.12147303768146733, Profile(-6.0, 6.0, crown, end_radius=0.5), PAIR), 254.4097714268559)
+    found = [press(Bodies(0.12147303768146733, AxialProfile(-6.0, 6.0, crown, end_radius=0.5), PAIR), 254.4097714268559)
              for crown in (50000.0, 49900.0)]  # fmt: skip
     assert found[0].peak[0] == pytest.approx(found[1].peak[0], rel=1e-3)
     assert all(found[0].bearing_ends)
@@ -245,7 +245,7 @@ def test_a_contact_whose_cells_keep_coming_and_going_settles() -> None:
 @pytest.mark.parametrize("load", [2.2e-5, 1e-3, 1e-2])
 def test_a_tilted_roller_that_touches_with_its_rounding_alone_has_an_ellipse_there(load: float, tilt: float) -> None:
     """The window ended before the contact began, as a light load's lies wholly beyond the roller's straight length."""
-    roller = Profile(-12.7, 12.7, end_radius=1.5)
+    roller = AxialProfile(-12.7, 12.7, end_radius=1.5)
     found = press(Bodies(0.049, roller, 8.835e-6, tilt), load)
     exact = float(hertz.point_contact(load, 0.049, 1.0 / 1.5, 8.835e-6).pressure)
     assert found.peak[0] == pytest.approx(exact, rel=3e-3)

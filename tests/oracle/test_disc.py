@@ -11,7 +11,7 @@ from camgeom.checks import findings
 from camgeom.errors import DesignError, ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse
-from camgeom.track.outline import Measured
+from camgeom.track.outline import OutlineIntegrals
 from tests.oracle.envelope import roller_distance, swept_distance
 from tests.reference.planar_machines import HARMONIC, REFERENCE, disc, flat
 
@@ -25,7 +25,7 @@ def test_reference_disc() -> None:
     assert degrees(planar.pressure_angle.value) == pytest.approx(21.223026, abs=5e-7)
     assert planar.radii[0].value + 10.0 == pytest.approx(38.856751, abs=5e-7)
     assert planar.radii[1] is None
-    pitch, cam = (Measured(planar.outlines[name]).properties for name in ("pitch curve", "profile"))
+    pitch, cam = (OutlineIntegrals(planar.outlines[name]).properties for name in ("pitch curve", "profile"))
     assert pitch.area == pytest.approx(7557.96743, abs=5e-6)
     assert pitch.perimeter == pytest.approx(309.322807, abs=5e-7)
     assert cam.area == pytest.approx(4778.898628, abs=5e-7)

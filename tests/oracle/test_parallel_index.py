@@ -19,7 +19,7 @@ from camgeom.profile import parse
 from camgeom.report.result import compute
 from camgeom.track.clearance import least_clearance
 from camgeom.track.follower import CylinderRoller, Setup, TurretFollower
-from camgeom.track.outline import Measured
+from camgeom.track.outline import OutlineIntegrals
 from camgeom.track.sweep import BandEdge, RimArc, _centre, _parallel
 from camgeom.track.turret import Engagement, largest_drive_angle
 from tests.oracle.envelope import swept_distance, triangle_points
@@ -141,7 +141,7 @@ def test_solid_is_the_outline_raised_within_its_error():
         solid = part.solid(0.02)
         assert solid.sound
         mesh = solid.mesh
-        area = Measured(part.outer.outline, 24).properties.area
+        area = OutlineIntegrals(part.outer.outline, 24).properties.area
         assert mesh.volume == pytest.approx(12.0 * area, rel=1e-3)
         assert part.solid(0.0005).mesh.volume == pytest.approx(12.0 * area, rel=2.5e-5)
         walls = mesh.faces[np.ptp(mesh.vertices[mesh.faces][:, :, 2], axis=1) > 1.0]
@@ -275,7 +275,7 @@ def test_solids_of_three_plates_lie_within_their_error(size):
         solid = part.solid(0.02)
         assert solid.sound
         mesh = solid.mesh
-        assert mesh.volume == pytest.approx(12.0 * Measured(part.outer.outline, 24).properties.area, rel=1e-3)
+        assert mesh.volume == pytest.approx(12.0 * OutlineIntegrals(part.outer.outline, 24).properties.area, rel=1e-3)
         walls = mesh.faces[np.ptp(mesh.vertices[mesh.faces][:, :, 2], axis=1) > 1.0]
         points = triangle_points(mesh.vertices, walls[:: max(1, len(walls) // 60)], 4)
         on_rim = np.hypot(points[:, 0], points[:, 1]) > 0.5 * cam.diameter - 0.021

@@ -15,7 +15,7 @@ import numpy as np
 from camgeom.cams.conjugate import Conjugate
 from camgeom.dynamics.impact.laws import ContactLaw, HertzLine, LinePatch, PowerLaw, PrintedStiffness
 from camgeom.dynamics.impact.lift import TURN, Lift
-from camgeom.dynamics.impact.pair import ClearanceKind, Face, Pair, planar_pair
+from camgeom.dynamics.impact.pair import ClearanceKind, FaceSide, Pair, planar_pair
 from camgeom.dynamics.impact.problem import ImpactProblem
 from camgeom.errors import ProfileError
 from camgeom.motion.program import Program, Segment
@@ -67,7 +67,8 @@ def b1_pair(
 def frame_pair(lift: Lift, base: float, clearance: float) -> Pair:
     """A frame with two flat faces on a cam of support base + s [m], whose opposite supports add up to one width."""
     across = float(lift.many([0.0, math.pi], 0).sum())
-    return Pair(lift, Face(1, base), Face(-1, base + across), clearance, "normal", "gap along the common normal")
+    sides = FaceSide(1, base), FaceSide(-1, base + across)
+    return Pair(lift, *sides, clearance, "normal", "gap along the common normal")
 
 
 def pressure_angle(pair: Pair, count: int = 721) -> float:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from camgeom.dynamics.indexing.drive import TORSION, Indefinite, IndexingDrive
 from camgeom.dynamics.indexing.response import refuse_indefinite
 from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy, solved, watch_position
-from camgeom.dynamics.linear.method import Motion, Side
+from camgeom.dynamics.linear.method import DrivenMotion, Side
 from camgeom.dynamics.linear.solve import Solution, transient
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
@@ -50,7 +50,7 @@ class Lateral:
 
 def lateral_transient(
     drive: IndexingDrive,
-    motion: Motion,
+    motion: DrivenMotion,
     speed: float,
     starts: Mapping[str, Start] | None = None,
     forces: Mapping[str, ForceLaw] | None = None,
@@ -76,7 +76,7 @@ def lateral_transient(
 
 def _block(
     drive: IndexingDrive,
-    motion: Motion,
+    motion: DrivenMotion,
     speed: float,
     block: tuple[str, ...],
     starts: Mapping[str, Start],

@@ -11,13 +11,13 @@ from PIL import Image
 
 from camgeom.drawing.colours import ROLLER
 from camgeom.errors import ExportError
-from camgeom.export import Body
+from camgeom.export import NamedMesh
 from camgeom.maths.creases import crease_lines
 from camgeom.maths.mesh import Mesh
 from camgeom.report import painter
 from camgeom.report.overlay import overlay
 from camgeom.report.painter import render, stage, working_painter
-from camgeom.report.views import Plane, View, skin
+from camgeom.report.views import CuttingPlane, View, skin
 
 SIZE = (320, 240)
 
@@ -32,7 +32,7 @@ def box(low: tuple[float, float, float], high: tuple[float, float, float], *grou
     return Mesh(corners, faces, groups or ("surface",), group, fields)
 
 
-CUBE = Body("cube", box((0.0, 0.0, 0.0), (10.0, 10.0, 10.0), "land", "flank"))
+CUBE = NamedMesh("cube", box((0.0, 0.0, 0.0), (10.0, 10.0, 10.0), "land", "flank"))
 
 
 def share(picture: np.ndarray, colour: tuple[float, float, float], within: float = 0.1) -> float:
@@ -57,7 +57,7 @@ def test_a_picture_is_a_png_of_its_size_with_the_part_inside_the_frame(tmp_path:
 
 @pytest.mark.opengl
 def test_a_body_is_seen_in_its_colour_where_it_is_put() -> None:
-    roller = Body("roller", box((2.0, -6.0, 2.0), (8.0, -2.0, 8.0)), ROLLER)
+    roller = NamedMesh("roller", box((2.0, -6.0, 2.0), (8.0, -2.0, 8.0)), ROLLER)
     with stage([CUBE, roller], View(camera="-y", size=SIZE)) as scene:
         before = share(scene.image(), ROLLER)
         assert before > 0.1
@@ -82,7 +82,7 @@ def test_a_field_colours_its_groups_only() -> None:
 
 @pytest.mark.opengl
 def test_a_section_shows_the_cut_of_the_named_bodies_only() -> None:
-    cut, plane = (0.95, 0.85, 0.66), Plane((0.0, 5.0, 0.0), (0.0, -1.0, 0.0))
+    cut, plane = (0.95, 0.85, 0.66), CuttingPlane((0.0, 5.0, 0.0), (0.0, -1.0, 0.0))
     for names, seen in ((("cube",), True), (("other",), False), ((), True)):
         with stage([CUBE], View(section=plane, section_bodies=names, camera="-y", size=SIZE)) as scene:
             assert (share(scene.image(), cut) > 0.1) is seen
@@ -111,11 +111,12 @@ def test_a_painter_that_ends_costs_its_picture_alone(tmp_path: Path) -> None:
 
 @pytest.mark.opengl
 def test_scenes_beside_each_other_do_not_mix_and_a_picture_with_errors_is_none(tmp_path: Path) -> None:
-    flat = Body("flat", box((0.0, 0.0, 0.0), (10.0, 10.0, 1.0)), ROLLER)
+    flat = NamedMesh("flat", box((0.0, 0.0, 0.0), (10.0, 10.0, 1.0)), ROLLER)
     look = View(camera="-y", size=SIZE)
     with stage([CUBE], look) as one, stage([flat], look) as other:
         assert share(one.image(), ROLLER) < 0.001 < 0.02 < share(other.image(), ROLLER)
-    broken = Body("broken", Mesh(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]), np.array([[0, 1, 7]])))
+    corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    broken = NamedMesh("broken", Mesh(corners, np.array([[0, 1, 7]])))
     with pytest.raises(IndexError):
         render([broken], tmp_path / "broken.png", look)
     assert not list(tmp_path.iterdir())
@@ -168,7 +169,7 @@ def test_the_named_window_is_the_only_one_tried(fresh_answer: pytest.MonkeyPatch
 def test_a_cut_body_is_closed_and_has_the_right_volume(
     normal: tuple[float, float, float], point: tuple[float, float, float], left: float
 ) -> None:
-    plane = Plane(point, normal)
+    plane = CuttingPlane(point, normal)
     drawn = skin(CUBE.mesh, "height_mm", plane)
     # The library cuts in single precision.
     assert plane.height(drawn.points[drawn.faces].reshape(-1, 3)).max(initial=-1.0) <= 1e-6
@@ -183,7 +184,7 @@ def test_a_cut_body_is_closed_and_has_the_right_volume(
 
 
 def test_the_hatching_covers_the_cut_and_nothing_else() -> None:
-    drawn = skin(CUBE.mesh, None, Plane((0.0, 0.0, 4.0), (0.0, 0.0, 1.0)))
+    drawn = skin(CUBE.mesh, None, CuttingPlane((0.0, 0.0, 4.0), (0.0, 0.0, 1.0)))
     assert drawn.groups[-1] == "cut"
     np.testing.assert_allclose(drawn.hatch[..., 2], 4.0)
     assert drawn.hatch[..., :2].min() >= 0.0

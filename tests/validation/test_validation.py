@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from camgeom.cli import main
-from camgeom.validation import SOURCES, Answer, Entry, Reading, Row, validate
+from camgeom.validation import SOURCES, Answer, Entry, JudgedEntry, Reading, validate
 from camgeom.validation.entry import judge, last_digit
 from camgeom.validation.machine import machine
 from camgeom.validation.page import markdown
@@ -20,7 +20,7 @@ from tests.places import ROOT
 PAGE = ROOT / "docs" / "validation.md"
 
 
-def _judged(printed: str, answer: Answer, **changes: object) -> Row:
+def _judged(printed: str, answer: Answer, **changes: object) -> JudgedEntry:
     return judge("S0", Entry("item", "place", "says", printed, "1", lambda: answer, **changes))  # type: ignore[arg-type]
 
 
@@ -73,11 +73,11 @@ def test_items_have_names_of_their_own() -> None:
 
 
 @pytest.fixture(scope="module")
-def quick() -> list[Row]:
+def quick() -> list[JudgedEntry]:
     return validate(slow=False)
 
 
-def test_what_takes_no_time_stands_in_the_page_as_it_comes_out(quick: list[Row]) -> None:
+def test_what_takes_no_time_stands_in_the_page_as_it_comes_out(quick: list[JudgedEntry]) -> None:
     text = PAGE.read_text(encoding="utf-8")
     for line in markdown(SOURCES, quick).splitlines():
         if line.startswith("| ") and not line.startswith("| item"):
@@ -104,7 +104,7 @@ def test_the_audit_of_the_sources_is_whole() -> None:
     assert len(rows) >= 120
 
 
-def test_the_papers_trends_and_figures_of_the_groove_cam(quick: list[Row]) -> None:
+def test_the_papers_trends_and_figures_of_the_groove_cam(quick: list[JudgedEntry]) -> None:
     """Computed independently for this project beforehand, theory of the groove cam's fatigue."""
     rows = {row.item: row for row in quick if row.source == "S1"}
     tried = {reading.what[:12]: reading.value for reading in rows["peak-pressure"].tried}
@@ -118,7 +118,7 @@ def test_the_papers_trends_and_figures_of_the_groove_cam(quick: list[Row]) -> No
     assert rows["undercut-50"].computed < 0.0
 
 
-def test_the_drive_of_eleven_degrees_of_freedom(quick: list[Row]) -> None:
+def test_the_drive_of_eleven_degrees_of_freedom(quick: list[JudgedEntry]) -> None:
     """Computed independently for this project beforehand, theory of the indexing dynamics, A.3, A.4 and A.6."""
     rows = {row.item: row for row in quick if row.source == "S4"}
     tried = {reading.what: reading.value for reading in rows["frequency"].tried}
@@ -133,7 +133,7 @@ def test_the_drive_of_eleven_degrees_of_freedom(quick: list[Row]) -> None:
     assert rows["plate-655 possible"].computed == pytest.approx(540.2, abs=0.1)
 
 
-def test_the_conjugate_cams_equations(quick: list[Row]) -> None:
+def test_the_conjugate_cams_equations(quick: list[JudgedEntry]) -> None:
     """Computed independently for this project beforehand, theory of the conjugate clearance, B.1 and B.2."""
     rows = {row.item: row for row in quick if row.source == "S5"}
     assert rows["geometry"].computed == pytest.approx(95.0, abs=1e-3)
@@ -145,7 +145,7 @@ def test_the_conjugate_cams_equations(quick: list[Row]) -> None:
         assert rows[item].verdict == "misprint", item
 
 
-def test_the_design_specifications_restored_chain_and_the_losses(quick: list[Row]) -> None:
+def test_the_design_specifications_restored_chain_and_the_losses(quick: list[JudgedEntry]) -> None:
     """(18) to (32) of S3 and (15), (17) of S4, by the printed terms, against the product's own flank and matrices."""
     rows = {(row.source, row.item): row for row in quick}
     for key in (("S3", "(18)-(32)"), ("S3", "stops least"), ("S4", "(15)"), ("S4", "(17)")):

@@ -70,7 +70,7 @@ def refused_keys(profile: Profile, varied: Sequence[str]) -> str | None:
     idle = idle_keys(profile, profile.setup())
     if profile.roller is not None and profile.roller.ends.stated:
         return "how the roller ends or stands is left to the exact model: its contact is solved on a half-space"
-    if profile.roller is not None and profile.roller.arc is not None and profile.follower.kind == "turret":
+    if profile.roller is not None and profile.roller.arc is not None and profile.follower.shares:
         return "crowned rollers that share a turret's torque are left to the exact model"
     for key in varied:
         table = path_of(key)[0]

@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from camgeom.dynamics.follower.train import FollowerTrain
-from camgeom.dynamics.linear.method import Motion, Side
+from camgeom.dynamics.linear.method import DrivenMotion, Side
 from camgeom.errors import Problem, ProfileError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
@@ -27,7 +27,7 @@ class PolydyneMotion:
     It has the jets and knots of a motion program, in the lift unit of `wanted`; coefficients per rad^j.
     """
 
-    wanted: Motion
+    wanted: DrivenMotion
     coefficients: tuple[float, ...]
 
     @property
@@ -41,7 +41,7 @@ class PolydyneMotion:
         return np.asarray(sum(a * jets[j : j + order + 1] for j, a in enumerate(self.coefficients)))
 
 
-def polydyne_motion(wanted: Motion, smooth: int, train: FollowerTrain, speed: float) -> PolydyneMotion:
+def polydyne_motion(wanted: DrivenMotion, smooth: int, train: FollowerTrain, speed: float) -> PolydyneMotion:
     """The corrected motion of a whole turn at a cam speed in rad/s; smooth: continuous derivatives of `wanted`.
 
     The operator has order 2 (4 with a tappet mass), so the wanted motion must be smooth to one order more; ProfileError

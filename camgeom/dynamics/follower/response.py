@@ -17,15 +17,14 @@ import numpy.typing as npt
 from camgeom.dynamics.follower.train import CamShaft, FollowerResponse, FollowerSystem, FollowerTrain, Load
 from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy, predicted_steps
 from camgeom.dynamics.linear.maps import step_maps
-from camgeom.dynamics.linear.method import Motion
+from camgeom.dynamics.linear.method import DrivenMotion
 from camgeom.dynamics.linear.response import periodic_response, transient_response
 from camgeom.dynamics.linear.solve import FINE, advance
-from camgeom.dynamics.linear.walk import Grid, aligned_grid
+from camgeom.dynamics.linear.walk import TurnGrid, aligned_grid
 from camgeom.errors import DesignError, NotConverged, Problem, ProfileError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 
-BISECTIONS = 60
 MAX_EVENTS = 1_000
 """lift-offs and landings of a flight, some 10 ms each"""
 MOST_STEPS = 100_000
@@ -39,7 +38,7 @@ ROUNDS = 9
 
 def steady_state(
     train: FollowerTrain,
-    motion: Motion,
+    motion: DrivenMotion,
     speed: npt.ArrayLike,
     accuracy: Accuracy = STANDARD,
     scale: float = 1e-3,
@@ -55,7 +54,7 @@ def steady_state(
 
 def from_rest(
     train: FollowerTrain,
-    motion: Motion,
+    motion: DrivenMotion,
     speed: npt.ArrayLike,
     turns: int = 1,
     accuracy: Accuracy = STANDARD,
@@ -69,7 +68,7 @@ def from_rest(
 
 
 @immutable
-class Jump:
+class SteadyContact:
     """Contact of a steady state at speeds (b,): smallest force in N and where (rad), whether it is lost, preload to
     hold it.
 
@@ -82,7 +81,7 @@ class Jump:
     required_preload: Floats
 
 
-def jump(response: FollowerResponse) -> Jump:
+def jump(response: FollowerResponse) -> SteadyContact:
     """Loss of contact of a force-closed follower in a response whose contact was never released.
 
     Raises ProfileError for a form-closed follower, which cannot leave its groove.
@@ -94,7 +93,7 @@ def jump(response: FollowerResponse) -> Jump:
         )
     force = response.peak("contact_force")
     needed = np.maximum(0.0, train.preload - force.minimum / preload_share(train))
-    return Jump(force.minimum, force.minimum_at, force.minimum < 0.0, needed)
+    return SteadyContact(force.minimum, force.minimum_at, force.minimum < 0.0, needed)
 
 
 def preload_share(train: FollowerTrain) -> float:
@@ -103,59 +102,8 @@ def preload_share(train: FollowerTrain) -> float:
     return 1.0 / (1.0 + train.return_stiffness * chain)
 
 
-def jump_speed(
-    train: FollowerTrain,
-    motion: Motion,
-    low: float,
-    high: float,
-    accuracy: Accuracy = STANDARD,
-    scale: float = 1e-3,
-    load: Load | None = None,
-    samples: int = 65,
-) -> float:
-    """Lowest speed in rad/s between low and high at which the contact force falls to zero.
-
-    The range is looked at in `samples` steady states and the first crossing closed in to 1e-9. Raises NotConverged when
-    contact holds everywhere, ProfileError when it is already lost at `low`.
-    """
-    if not 0.0 < low < high:
-        raise ProfileError([Problem("dynamics.speed_range", "needs 0 < low < high", (low, high))])
-
-    def force(speeds: Floats) -> Floats:
-        return steady_state(train, motion, speeds, accuracy, scale, load=load).peak("contact_force").minimum
-
-    left, right = low, high
-    for count in (samples, 9, 9, 9):
-        speeds = np.linspace(left, right, count)
-        values = force(speeds)
-        lost = values < 0.0
-        if lost[0]:
-            text = "contact is lost at the lowest speed already"
-            raise ProfileError([Problem("dynamics.speed_range", text, low, "", "give more preload")])
-        if not lost.any():
-            raise NotConverged(
-                f"contact holds up to {high:.6g} rad/s (smallest force {values.min():.6g} N); look higher"
-            )
-        k = int(lost.argmax())
-        left, right, ends = float(speeds[k - 1]), float(speeds[k]), (float(values[k - 1]), float(values[k]))
-    for _ in range(BISECTIONS):
-        if right - left <= 1e-9 * right:
-            break
-        # the secant, kept off the ends so that both close in
-        share = min(max(ends[0] / (ends[0] - ends[1]), 0.02), 0.98)
-        middle = left + share * (right - left)
-        value = float(force(np.array([middle]))[0])
-        if abs(value) <= 1e-13 * max(abs(ends[0]), abs(ends[1])):
-            return middle
-        if value < 0.0:
-            right, ends = middle, (ends[0], value)
-        else:
-            left, ends = middle, (value, ends[1])
-    return 0.5 * (left + right)
-
-
 @immutable(eq=True)
-class Event:
+class ContactEvent:
     """Lift-off or landing at a cam angle in rad; closing speed in m/s at a landing."""
 
     kind: Literal["lift-off", "landing"]
@@ -172,13 +120,13 @@ class Flight:
     theta: Floats
     deviation: Floats
     flying: npt.NDArray[np.bool_]
-    events: tuple[Event, ...]
+    events: tuple[ContactEvent, ...]
     largest_gap: float
 
 
 def flight(
     train: FollowerTrain,
-    motion: Motion,
+    motion: DrivenMotion,
     speed: float,
     turns: int = 2,
     scale: float = 1e-3,
@@ -208,14 +156,14 @@ def flight(
     return _fly(on, off, aligned_grid(knots, round(steps)), turns)
 
 
-def _fly(on: FollowerSystem, off: FollowerSystem, grid: Grid, turns: int) -> Flight:
+def _fly(on: FollowerSystem, off: FollowerSystem, grid: TurnGrid, turns: int) -> Flight:
     """Step by step over the grid, each step cut at its events."""
     m, span = on.size, grid.theta[-1] - grid.theta[0]
     maps = [step_maps(FINE, system, grid.start, grid.step)[0] for system in (on, off)]
     state = on.rest()[0]
     flying, gap = False, 0.0
     theta, states, airborne = [float(grid.theta[0])], [state], [flying]
-    events: list[Event] = []
+    events: list[ContactEvent] = []
     for turn in range(turns):
         for k, (start, step) in enumerate(zip(grid.start, grid.step, strict=True)):
             begin, left, whole = float(start), float(step), True
@@ -229,7 +177,7 @@ def _fly(on: FollowerSystem, off: FollowerSystem, grid: Grid, turns: int) -> Fli
                     used, state = _event(system, begin, left, state, flying)
                     begin, left, whole = begin + used, left - used, False
                     closing = -float(state[m]) * float(on.speed[0]) if flying else 0.0
-                    events.append(Event("landing" if flying else "lift-off", begin + turn * span, closing))
+                    events.append(ContactEvent("landing" if flying else "lift-off", begin + turn * span, closing))
                     flying = not flying
                     if len(events) > MAX_EVENTS:
                         raise NotConverged(

@@ -8,12 +8,12 @@ from math import degrees, pi
 import numpy as np
 
 from camgeom.dynamics.follower.polydyne import PolydyneMotion, polydyne_motion
-from camgeom.dynamics.follower.response import Flight, Jump, flight, from_rest, jump, jump_speed, steady_state
+from camgeom.dynamics.follower.response import Flight, SteadyContact, flight, from_rest, jump, steady_state
 from camgeom.dynamics.follower.train import CamShaft, Closure, FollowerResponse, FollowerSystem, FollowerTrain, Load
 from camgeom.dynamics.indexing.measures import Residual, Settles, residual_vibration
 from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy
 from camgeom.dynamics.linear.budget import sought
-from camgeom.dynamics.linear.method import Motion
+from camgeom.dynamics.linear.method import DrivenMotion
 from camgeom.dynamics.linear.response import Sweep, swept
 from camgeom.dynamics.spec import DynamicsSpec
 from camgeom.errors import Problem, ProfileError
@@ -44,7 +44,7 @@ class FollowerStudy(Settles):
     """
 
     train: FollowerTrain
-    motion: Motion
+    motion: DrivenMotion
     speed: float
     scale: float = 1e-3
     accuracy: Accuracy = STANDARD
@@ -84,7 +84,7 @@ class FollowerStudy(Settles):
         return swept(at, speeds, accuracy, ("acceleration", "contact_force"))
 
     @cached_property
-    def jump(self) -> Jump | None:
+    def jump(self) -> SteadyContact | None:
         """Loss of contact; None for a form-closed follower, which cannot leave its groove."""
         return jump(self.steady) if self.train.closure == "force" else None
 
@@ -135,13 +135,6 @@ class FollowerStudy(Settles):
                 "follower_miss_uncorrected": self._miss(self.start),
             }
         }
-
-    def jump_speed_rpm(self, lowest_rpm: float, highest_rpm: float) -> float:
-        """Lowest speed in r/min between two at which contact is lost; raises as `jump_speed`."""
-        found = jump_speed(
-            self.train, self.motion, lowest_rpm * RPM, highest_rpm * RPM, self.accuracy, self.scale, self.load
-        )
-        return found / RPM
 
     def summary(self, rotating: bool = False) -> dict[str, object]:
         """The figures of the follower for a result file, units in the names (rad, N m for a rotating follower)."""
@@ -195,7 +188,7 @@ class FollowerStudy(Settles):
 
 def follower_study(
     spec: DynamicsSpec,
-    motion: Motion,
+    motion: DrivenMotion,
     speed_rpm: float,
     rotating: bool = False,
     closure: Closure = "force",

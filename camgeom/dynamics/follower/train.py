@@ -19,7 +19,7 @@ from typing import Literal
 
 import numpy as np
 
-from camgeom.dynamics.linear.method import Coefficients, Contact, Motion, Side
+from camgeom.dynamics.linear.method import Coefficients, DrivenMotion, Side, VaryingContact
 from camgeom.dynamics.linear.response import Response, positive_speeds
 from camgeom.dynamics.linear.solve import acceleration
 from camgeom.errors import DesignError, Problem, ProfileError
@@ -130,7 +130,7 @@ class FollowerSystem:
     """
 
     train: FollowerTrain
-    motion: Motion
+    motion: DrivenMotion
     speed: Floats
     scale: float = 1e-3
     shaft: CamShaft | None = None
@@ -242,7 +242,7 @@ class FollowerSystem:
             # the torque of the rigid force turns with the windup
             turned = np.zeros((self.batch, theta.shape[1], self.size, self.size))
             turned[..., 0, 0] = rigid * s[2] * inverse[0] / w**2
-            fixed, contact = fixed + turned, Contact.on_cam(s[1], s[2], *self.train.first, w, self.mass)
+            fixed, contact = fixed + turned, VaryingContact.on_cam(s[1], s[2], *self.train.first, w, self.mass)
         return Coefficients(damping * inverse[:, None] / rate[..., None], fixed, force * inverse / rate**2, contact)
 
     def _springs(self) -> tuple[Floats, Floats]:
@@ -297,7 +297,7 @@ class FollowerSystem:
 FollowerResponse = Response[FollowerSystem]
 
 
-def _refuse_knocks(motion: Motion) -> None:
+def _refuse_knocks(motion: DrivenMotion) -> None:
     """DesignError when the velocity jumps at a knot: an elastic follower would be hit by an infinite force."""
     knots = np.asarray(motion.knots, dtype=float)
     left, right = motion.jet(knots, 1, "left")[1], motion.jet(knots, 1, "right")[1]

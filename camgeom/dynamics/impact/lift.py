@@ -30,7 +30,7 @@ TURN = 2.0 * math.pi
 
 @final
 @immutable(eq=True)
-class Arc:
+class MotionArc:
     """One formula of the motion from `start` to `end` [rad], lift in m or rad, in u = angle - anchor:
 
     sum power[k] u^k + sum (a (cos(w u) - 1) + b sin(w u)) over the waves (w, a, b).
@@ -100,7 +100,7 @@ def _horner(falling: tuple[float, ...], u: float) -> Jet:
 class Lift:
     """The follower motion over one turn: arcs that follow each other from 0 to 2 pi rad, lift in m or rad."""
 
-    arcs: tuple[Arc, ...]
+    arcs: tuple[MotionArc, ...]
 
     def __post_init__(self) -> None:
         ends = [0.0, *(arc.end for arc in self.arcs)]
@@ -134,7 +134,7 @@ class Lift:
                 anchor = span.end if piece.anchor == 1.0 else span.start + piece.anchor * width
                 power = tuple(unit * c / width**k for k, c in enumerate(piece.power))
                 waves = tuple((w / width, unit * a, unit * b) for w, a, b in piece.waves)
-                arcs.append(Arc(start, end, anchor, power, waves))
+                arcs.append(MotionArc(start, end, anchor, power, waves))
         return cls(tuple(arcs))
 
     def split(self, angles: Sequence[float]) -> Lift:

@@ -45,7 +45,7 @@ Evaluator = Callable[[int, float, float, float, float, float], Instant]
 """(arc number, angle past its start [rad], s, ds, d2s there, eta) -> Instant"""
 
 
-class Side(ABC):
+class PairSide(ABC):
     """One contact of the pair; `push` is +1 for the side that pushes towards +q, -1 for the other."""
 
     push: int
@@ -65,7 +65,7 @@ class Side(ABC):
         """Free play in q [m or rad] that a clearance [m] leaves; the mean over a turn where it varies."""
 
     @abstractmethod
-    def opened(self, clearance: float, kind: ClearanceKind) -> Side:
+    def opened(self, clearance: float, kind: ClearanceKind) -> PairSide:
         """This side withdrawn by a clearance [m]."""
 
     @abstractmethod
@@ -89,7 +89,7 @@ _REACH = 0.35
 
 @final
 @immutable(eq=True)
-class Roller(Side):
+class Roller(PairSide):
     """A roller of `radius` [m] against the profile of a planar cam, one radius beside its pitch curve.
 
     The roller's centre stands at centre + arm e^(i turn q) on an arm (`turn` +1 or -1, anticlockwise positive) and at
@@ -288,7 +288,7 @@ def _searched(
 
 @final
 @immutable(eq=True)
-class Face(Side):
+class FaceSide(PairSide):
     """A flat face square to its slide on a cam of support base + push s [m]: explicit, no foot point is sought."""
 
     push: int
@@ -302,7 +302,7 @@ class Face(Side):
     def play(self, clearance: float) -> float:
         return clearance
 
-    def opened(self, clearance: float, kind: ClearanceKind) -> Face:
+    def opened(self, clearance: float, kind: ClearanceKind) -> FaceSide:
         return replace(self, gap=clearance)
 
     def problems(self, lift: Lift) -> list[Problem]:
@@ -365,7 +365,7 @@ class Ring:
 
 @final
 @immutable(eq=True)
-class Wall(Side):
+class GrooveWall(PairSide):
     """One wall of a groove round a spatial cam, by its exact flank at equal steps of one turn, the last not repeated.
 
     `lever` [m/rad, or 1], > 0, is the normal component of the follower's velocity at the contact, `curvature` [1/m]
@@ -391,7 +391,7 @@ class Wall(Side):
     def play(self, clearance: float) -> float:
         return clearance * float(np.mean(1.0 / np.asarray(self.lever)))
 
-    def opened(self, clearance: float, kind: ClearanceKind) -> Wall:
+    def opened(self, clearance: float, kind: ClearanceKind) -> GrooveWall:
         return replace(self, gap=clearance)
 
     def problems(self, lift: Lift) -> list[Problem]:
@@ -440,8 +440,8 @@ class Pair:
     """
 
     lift: Lift
-    main: Side
-    back: Side
+    main: PairSide
+    back: PairSide
     clearance: float
     kind: ClearanceKind
     clearance_text: str
@@ -454,7 +454,7 @@ class Pair:
             raise DesignError("; ".join(dict.fromkeys(map(str, problems))))
 
     @cached_property
-    def sides(self) -> tuple[Side, Side]:
+    def sides(self) -> tuple[PairSide, PairSide]:
         """The main side (+q), and the return side (-q) withdrawn by the clearance."""
         return self.main, self.back.opened(self.clearance, self.kind)
 
@@ -493,21 +493,21 @@ def planar_pair(program: Program, touches: Sequence[Touch], clearance: float, ki
     lift = Lift.from_program(program, MILLI if isinstance(main.joint, Slide) else 1.0)
     first, second = _planar(main), _planar(back)
     text = "chord between the two limiting positions of the roller centre"
-    if isinstance(second, Face):
+    if isinstance(second, FaceSide):
         kind, text = "normal", "gap along the common normal, which is the direction of motion"
     elif kind == "normal" or back.material < 0.0:
         kind, text = "normal", "gap along the common normal"
     return Pair(lift, first, second, clearance, kind, text)
 
 
-def _planar(touch: Touch) -> Roller | Face:
+def _planar(touch: Touch) -> Roller | FaceSide:
     """The side of a planar cam's touch."""
     outline, push = touch.outline, int(touch.way)
     if isinstance(outline, FaceOutline):
         # The supports of opposite tangents of a constant-width cam add up to one width.
         program, lag = outline.line.program, np.array([0.0, touch.lag])
         ends = program.jet(lag, 0)[0] if touch.lag else np.zeros(2)
-        return Face(push, MILLI * (outline.line.base + float(ends.sum())))
+        return FaceSide(push, MILLI * (outline.line.base + float(ends.sum())))
     assert isinstance(outline, RollerOutline)
     track, seen = outline.track, touch.sense
     anchor = MILLI * complex(track.anchor[0], seen * track.anchor[1])
@@ -546,7 +546,7 @@ def groove_pair(track: Track, clearance: float, station: float, count: int = 720
         lever = -track.factor * wall.lever()[:, 0] * (MILLI / unit)
         bend = 1e3 * (wall.k_rel[:, 0] - 1.0 / radius)
         push = 1 if lever[0] > 0.0 else -1
-        walls[push] = Wall(push, tuple(map(float, push * lever)), tuple(map(float, bend)), sliding)
+        walls[push] = GrooveWall(push, tuple(map(float, push * lever)), tuple(map(float, bend)), sliding)
     if len(walls) < 2:
         raise ProfileError([Problem("track", "both flanks push the same way", track.name)])
     return Pair(lift, walls[1], walls[-1], clearance, "normal", "gap along the common normal, from tables")

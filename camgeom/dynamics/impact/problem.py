@@ -71,7 +71,7 @@ class Event(NamedTuple):
 
 @final
 @immutable(eq=True)
-class Load:
+class ImpactLoad:
     """What acts on the follower beside the contacts: `constant` - `stiffness` q, guide friction against the motion, and
     the force `applied` over the cam angle, against larger q.
 
@@ -143,7 +143,7 @@ class ImpactProblem:
     damping: Damping = field(default_factory=ImpactDamping)
     friction: Coulomb | None = None
     spin: RollerSpin | None = None
-    load: Load = field(default_factory=Load)
+    load: ImpactLoad = field(default_factory=ImpactLoad)
     patch: Patch | None = None
     back: tuple[ContactLaw, Patch] | None = None
 

@@ -16,7 +16,7 @@ PlainRate = Callable[[float, complex], tuple[complex, complex]]
 
 
 @final
-class Machine:
+class CompiledProblem:
     """The problem compiled to plain functions of floats.
 
     Every right-hand side also gives two powers: what the cam supplies, and what is lost in damping and friction. Where

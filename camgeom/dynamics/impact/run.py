@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from camgeom.dynamics.impact.laws import ImpactDamping
 from camgeom.dynamics.impact.lift import TURN
 from camgeom.dynamics.impact.problem import Coordinates, ImpactProblem, Recorded, Regime, State, follower, spin
-from camgeom.dynamics.impact.rates import Machine
+from camgeom.dynamics.impact.rates import CompiledProblem
 from camgeom.dynamics.impact.solver import hermite_row, step, walk
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
@@ -107,7 +107,8 @@ class Trace:
 
 
 def evaluate(
-    machine: Machine, regimes: list[Regime], which: NDArray[np.int64], time: Floats, states: Complexes, spins: Complexes
+    machine: CompiledProblem, regimes: list[Regime], which: NDArray[np.int64], time: Floats, states: Complexes,
+    spins: Complexes,
 ) -> Trace:
     """The trace at deviations + 1j * rates and roller spins (flat arrays), `which` the number of the regime of each."""
     problem, lift, w = machine.problem, machine.lift, machine.speed
@@ -162,7 +163,7 @@ def evaluate(
     return Trace(*moved, cam_torque=needed, thrust=thrust, state=state, **pairs)
 
 
-def sampled(machine: Machine, made: Recorded, angle: float, shares: Floats = EVEN) -> Trace:
+def sampled(machine: CompiledProblem, made: Recorded, angle: float, shares: Floats = EVEN) -> Trace:
     """The trace at shares (k,) of every step, by quintic Hermite in the deviation (error below 1e-6 of its range)."""
     steps = made.steps
     t0 = np.array([s.time for s in steps])
@@ -188,7 +189,7 @@ def sampled(machine: Machine, made: Recorded, angle: float, shares: Floats = EVE
     return trace.shaped(len(steps), len(shares))
 
 
-def _ideal(machine: Machine, regimes: list[Regime], which: NDArray[np.int64], time: Floats) -> Floats:
+def _ideal(machine: CompiledProblem, regimes: list[Regime], which: NDArray[np.int64], time: Floats) -> Floats:
     """Second derivative of the ideal motion per rad^2, each in the arc of its own regime."""
     lift = machine.lift
     arcs = np.array([r.arc for r in regimes])[which]
@@ -216,7 +217,7 @@ def _hermite_slope(u: float) -> tuple[float, ...]:
 Quantity = Literal["acceleration", "force_main", "force_return", "pressure_main", "pressure_return", "cam_torque"]
 
 
-class Peak(NamedTuple):
+class ImpactPeak(NamedTuple):
     """The largest magnitude of a quantity, its time [s] and cam angle [rad]."""
 
     value: float
@@ -232,7 +233,7 @@ class ImpactRun:
     problem: ImpactProblem
     start_angle: float
     rtol: float
-    machine: Machine
+    machine: CompiledProblem
     recorded: Recorded
 
     @cached_property
@@ -266,11 +267,11 @@ class ImpactRun:
         made.angle[:] += self.start_angle
         return made
 
-    def peak(self, quantity: Quantity, since: float = 0.0, until: float = math.inf) -> Peak:
+    def peak(self, quantity: Quantity, since: float = 0.0, until: float = math.inf) -> ImpactPeak:
         """The largest magnitude of a quantity between two times [s], refined to the accuracy of the solver."""
         values = np.where((self.trace.time >= since) & (self.trace.time <= until), _pick(self.trace, quantity), 0.0)
         order = np.argsort(values, axis=None)[::-1]
-        best = Peak(0.0, since, self.start_angle)
+        best = ImpactPeak(0.0, since, self.start_angle)
         seen: list[float] = []
         for flat in order[:60]:
             value, time = values.flat[flat], float(self.trace.time.flat[flat])
@@ -283,7 +284,7 @@ class ImpactRun:
             best = max(best, refined)
         return best
 
-    def _refined(self, quantity: Quantity, flat: int) -> Peak:
+    def _refined(self, quantity: Quantity, flat: int) -> ImpactPeak:
         """A sampled peak, refined by a polynomial through exact values on both sides of it within its regime."""
         row, column = divmod(flat, SHARES + 1)
         steps, time = self.recorded.steps, self.trace.time
@@ -303,7 +304,7 @@ class ImpactRun:
         heights = series(places)
         best = int(np.argmax(heights))
         at = 0.5 * (low + high) + 0.5 * (high - low) * float(places[best])
-        return Peak(float(heights[best]), at, self.start_angle + self.problem.speed * at)
+        return ImpactPeak(float(heights[best]), at, self.start_angle + self.problem.speed * at)
 
     @cached_property
     def impacts(self) -> tuple[Impact, ...]:

@@ -28,7 +28,7 @@ from camgeom.dynamics.impact.problem import (
     follower,
     spin,
 )
-from camgeom.dynamics.impact.rates import Machine
+from camgeom.dynamics.impact.rates import CompiledProblem
 from camgeom.errors import NotConverged, Problem, ProfileError
 
 
@@ -258,7 +258,7 @@ ORDINARY = 1000
 class _Walk:
     """The walk through time. Mutable: it is the one place that accumulates."""
 
-    machine: Machine
+    machine: CompiledProblem
     rtol: float
     end: float
     allowed: int | None = None
@@ -487,7 +487,7 @@ class _Walk:
 def walk(
     problem: ImpactProblem, angle: float, end_angle: float, start: tuple[float, float] | None, rtol: float,
     most: int | None = None,
-) -> tuple[Machine, Recorded]:
+) -> tuple[CompiledProblem, Recorded]:
     """Solve from a cam angle to another [rad]; `start` is (eta, d eta/dt), by default the middle of the play with the
     follower (not the deviation) at rest. Raises NotConverged, with more than `most` steps too where that is given.
     """
@@ -495,7 +495,7 @@ def walk(
         raise ProfileError([Problem("tolerance", "outside its range", rtol, "1e-13 to 1e-2")])
     if not end_angle > angle:
         raise ProfileError([Problem("end_angle", "must lie beyond the start", end_angle, f"> {angle:g} rad")])
-    machine = Machine(problem)
+    machine = CompiledProblem(problem)
     slope = float(machine.lift.many(angle, 1)[1, 0])
     begin = start or (problem.pair.middle(angle), -slope * problem.speed)
     state: Coordinates = complex(*begin)

@@ -23,7 +23,7 @@ from camgeom.dynamics.impact.laws import (
     RampedDamping,
 )
 from camgeom.dynamics.impact.pair import Pair
-from camgeom.dynamics.impact.problem import ImpactProblem, Load, RollerSpin
+from camgeom.dynamics.impact.problem import ImpactLoad, ImpactProblem, RollerSpin
 from camgeom.keys import Length, Section
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
@@ -178,7 +178,7 @@ class ImpactSpec(Section):
         roller_radius_mm: float,
         cam_radius_mm: float,
         crown_radius_mm: float | None = None,
-        load: Load | None = None,
+        load: ImpactLoad | None = None,
         back: tuple[float, float, float | None] | None = None,
     ) -> ImpactProblem:
         """The problem in SI units; `inertia` (kg or kg m²) is the follower's unless the section gives its own.
@@ -200,7 +200,7 @@ class ImpactSpec(Section):
             self.damping_law(),
             self.friction_law(),
             self.spin(),
-            load or Load(),
+            load or ImpactLoad(),
             self.patch(modulus_mpa, length_mm, roller_radius_mm, crown_radius_mm),
             other,
         )

@@ -261,7 +261,7 @@ def tighter_change(run: ImpactRun, most: int | None = None) -> float:
 
 @final
 @immutable(eq=True)
-class Sensitivity:
+class StartSensitivity:
     """What becomes of a small disturbance of the start: how far a run can be reproduced.
 
     growth        (turns,) distance of the two runs at the end of every turn over the disturbance, 1
@@ -282,7 +282,7 @@ class Sensitivity:
         return data | {"reproducible_turns": self.reproducible, "turns": self.turns}
 
 
-def sensitivity(run: ImpactRun) -> Sensitivity:
+def sensitivity(run: ImpactRun) -> StartSensitivity:
     """The run against one whose start is moved by DISTURBANCE of the play, solved alike.
 
     Distances are relative to the play with its deflection and to the speed of a free flight, see `Machine`. Every
@@ -299,7 +299,7 @@ def sensitivity(run: ImpactRun) -> Sensitivity:
     scale = DISTURBANCE
     growth = [float(np.hypot(g.real / machine.eta_scale, g.imag / machine.rate_scale)) / scale for g in gaps]
     same = [all(_same(run.peak(q, *turn).value, moved.peak(q, *turn).value) for q in PEAKS) for turn in turns]
-    return Sensitivity(tuple(growth), same.index(False) if False in same else len(same))
+    return StartSensitivity(tuple(growth), same.index(False) if False in same else len(same))
 
 
 def _same(one: float, other: float) -> bool:

@@ -19,7 +19,7 @@ from math import sqrt
 
 import numpy as np
 
-from camgeom.dynamics.linear.method import Motion
+from camgeom.dynamics.linear.method import DrivenMotion
 from camgeom.errors import Problem, ProfileError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
@@ -327,7 +327,7 @@ class IndexingDrive:
             return np.zeros(np.shape(theta))
         return periodic_spline(self.contact_table, theta, slope=True)
 
-    def stiffness(self, theta: Floats, motion: Motion, names: tuple[str, ...] | None = None) -> Floats:
+    def stiffness(self, theta: Floats, motion: DrivenMotion, names: tuple[str, ...] | None = None) -> Floats:
         """Stiffness matrices (n, m, m) at cam angles theta (n,) rad, for a cam at rest (no velocity terms)."""
         names = names or self.coordinates
         fixed = self.matrix(self.spring_terms(), names)
@@ -343,7 +343,7 @@ class IndexingDrive:
             names, self.matrix(self.inertia_terms(), names), spring + coupled, self.matrix(self.damping_terms(), names)
         )
 
-    def indefinite(self, motion: Motion, theta: Floats | None = None) -> tuple[Indefinite, ...]:
+    def indefinite(self, motion: DrivenMotion, theta: Floats | None = None) -> tuple[Indefinite, ...]:
         """The blocks whose stiffness is not positive definite, at the worst of the cam angles theta (rad)."""
         angles = np.linspace(0.0, 2.0 * np.pi, 361) if theta is None else theta
         out = []

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.dynamics.indexing.drive import TORSION, Indefinite, IndexingDrive, modes
-from camgeom.dynamics.linear.method import Motion
+from camgeom.dynamics.linear.method import DrivenMotion
 from camgeom.errors import DesignError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
@@ -77,7 +77,7 @@ class Modes:
         return float(frequency[index]), float(self.theta[index])
 
 
-def natural_modes(drive: IndexingDrive, motion: Motion, theta: npt.ArrayLike | None = None) -> Modes:
+def natural_modes(drive: IndexingDrive, motion: DrivenMotion, theta: npt.ArrayLike | None = None) -> Modes:
     """Modes of all blocks at cam angles theta (n,) rad, by default each degree, every knot and the steepest point."""
     angles = _angles(motion) if theta is None else np.asarray(theta, dtype=float)
     found = []
@@ -90,7 +90,7 @@ def natural_modes(drive: IndexingDrive, motion: Motion, theta: npt.ArrayLike | N
     return Modes(angles, tuple(found), drive.indefinite(motion, angles))
 
 
-def _angles(motion: Motion) -> Floats:
+def _angles(motion: DrivenMotion) -> Floats:
     """Each degree, the knots, and the cam angle of the largest |tau'| (where the first frequency is lowest)."""
     degrees = np.linspace(0.0, 2.0 * pi, 361)
     base = distinct(np.concatenate([degrees, np.asarray(motion.knots)]))

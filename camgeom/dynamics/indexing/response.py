@@ -8,8 +8,8 @@ import numpy.typing as npt
 from camgeom.dynamics.indexing.drive import TORSION, IndexingDrive
 from camgeom.dynamics.indexing.system import DriveResponse, Fluctuation, Torque, TorsionSystem
 from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy
-from camgeom.dynamics.linear.method import Motion
-from camgeom.dynamics.linear.peaks import Peak
+from camgeom.dynamics.linear.method import DrivenMotion
+from camgeom.dynamics.linear.peaks import OutputPeaks
 from camgeom.dynamics.linear.response import Sweep, periodic_response, swept, transient_response
 from camgeom.dynamics.linear.walk import aligned_grid
 from camgeom.errors import DesignError
@@ -22,7 +22,7 @@ STRETCHES = 360
 
 def steady_state(
     drive: IndexingDrive,
-    motion: Motion,
+    motion: DrivenMotion,
     speed: npt.ArrayLike,
     accuracy: Accuracy = STANDARD,
     fluctuation: Fluctuation = CONSTANT,
@@ -38,7 +38,7 @@ def steady_state(
 
 
 def driven(
-    drive: IndexingDrive, motion: Motion, speed: npt.ArrayLike, fluctuation: Fluctuation, torque: Torque | None,
+    drive: IndexingDrive, motion: DrivenMotion, speed: npt.ArrayLike, fluctuation: Fluctuation, torque: Torque | None,
     exact: bool,
 ) -> TorsionSystem:
     """The torsion of a drive at input speeds (b,) in rad/s. Raises DesignError where it is not definite."""
@@ -48,7 +48,7 @@ def driven(
 
 def from_rest(
     drive: IndexingDrive,
-    motion: Motion,
+    motion: DrivenMotion,
     speed: npt.ArrayLike,
     turns: int = 1,
     accuracy: Accuracy = STANDARD,
@@ -72,7 +72,7 @@ def begun(system: TorsionSystem, turns: int, accuracy: Accuracy, begin: npt.Arra
     return transient_response(system, accuracy, state, turns)
 
 
-def at_rest(drive: IndexingDrive, motion: Motion, torque: Torque | None = None) -> Floats:
+def at_rest(drive: IndexingDrive, motion: DrivenMotion, torque: Torque | None = None) -> Floats:
     """Deviations, rad, and rates, rad/s, (1, 6) of the drive that stands still at the first cam angle under a torque.
 
     K q = T with the contact between cam and turret at the motion's slope there; all zero without a torque. Raises
@@ -87,7 +87,9 @@ def at_rest(drive: IndexingDrive, motion: Motion, torque: Torque | None = None) 
     return still
 
 
-def refuse_indefinite(drive: IndexingDrive, motion: Motion, blocks: tuple[tuple[str, ...], ...] = (TORSION,)) -> None:
+def refuse_indefinite(
+    drive: IndexingDrive, motion: DrivenMotion, blocks: tuple[tuple[str, ...], ...] = (TORSION,)
+) -> None:
     """DesignError when one of the blocks to be integrated has no definite stiffness, naming what would do."""
     wrong = [item for item in drive.indefinite(motion) if item.block in blocks]
     if wrong:
@@ -96,7 +98,7 @@ def refuse_indefinite(drive: IndexingDrive, motion: Motion, blocks: tuple[tuple[
 
 def sweep(
     drive: IndexingDrive,
-    motion: Motion,
+    motion: DrivenMotion,
     speed: npt.ArrayLike,
     accuracy: Accuracy = STANDARD,
     fluctuation: Fluctuation = CONSTANT,
@@ -115,7 +117,7 @@ def sweep(
     return swept(at, np.atleast_1d(np.asarray(speed, dtype=float)), accuracy, ("load_acceleration",))
 
 
-def rigid_peak(motion: Motion, speed: Floats) -> Floats:
+def rigid_peak(motion: DrivenMotion, speed: Floats) -> Floats:
     """Peak (b,) of the rigid turret acceleration in rad/s2 at mean speeds (b,) in rad/s."""
     theta = aligned_grid(motion.knots, STRETCHES).theta
     begin, width = theta[:-1], np.diff(theta)
@@ -131,6 +133,6 @@ def rigid_peak(motion: Motion, speed: Floats) -> Floats:
     return np.asarray(speed**2 * best)
 
 
-def amplification(peak: Peak, motion: Motion, speed: Floats) -> Floats:
+def amplification(peak: OutputPeaks, motion: DrivenMotion, speed: Floats) -> Floats:
     """Peak load-plate acceleration over its rigid value (b,) at mean speeds (b,) in rad/s, no unit."""
     return np.asarray(peak.magnitude / rigid_peak(motion, speed))

@@ -26,7 +26,7 @@ from camgeom.dynamics.indexing.response import CONSTANT, amplification, at_rest,
 from camgeom.dynamics.indexing.system import DriveResponse, Fluctuation, Torque, TorsionSystem
 from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy
 from camgeom.dynamics.linear.budget import sought
-from camgeom.dynamics.linear.method import Motion
+from camgeom.dynamics.linear.method import DrivenMotion
 from camgeom.dynamics.linear.response import Sweep, periodic_response
 from camgeom.dynamics.spec import NOTHING, DynamicsSpec
 from camgeom.errors import Problem, ProfileError
@@ -55,7 +55,7 @@ class IndexingStudy(Settles):
     """
 
     drive: IndexingDrive
-    motion: Motion
+    motion: DrivenMotion
     speed: float
     accuracy: Accuracy = STANDARD
     fluctuation: Fluctuation = CONSTANT
@@ -235,7 +235,7 @@ class IndexingStudy(Settles):
 
 def indexing_study(
     spec: DynamicsSpec,
-    motion: Motion,
+    motion: DrivenMotion,
     speed_rpm: float,
     contact_table: tuple[float, ...] = (),
     inertias: Mapping[str, float] = NOTHING,

@@ -18,7 +18,7 @@ from types import MappingProxyType
 import numpy as np
 
 from camgeom.dynamics.indexing.drive import TORSION, IndexingDrive
-from camgeom.dynamics.linear.method import Coefficients, Contact, Motion, Side
+from camgeom.dynamics.linear.method import Coefficients, DrivenMotion, Side, VaryingContact
 from camgeom.dynamics.linear.response import Response, positive_speeds
 from camgeom.dynamics.linear.solve import acceleration
 from camgeom.errors import Problem, ProfileError
@@ -85,7 +85,7 @@ class TorsionSystem:
     """
 
     drive: IndexingDrive
-    motion: Motion
+    motion: DrivenMotion
     speed: Floats
     fluctuation: Fluctuation = Fluctuation()
     torque: Torque | None = None
@@ -190,7 +190,7 @@ class TorsionSystem:
             damping,
             springs / (omega**2)[..., None, None],
             self._force(theta, tau, omega, change, side),
-            Contact.on_cam(tau[1], tau[2], d.contact_stiffness_at(theta), d.contact_damping, omega, self.mass),
+            VaryingContact.on_cam(tau[1], tau[2], d.contact_stiffness_at(theta), d.contact_damping, omega, self.mass),
         )
 
     def _force(self, theta: Floats, tau: Floats, omega: Floats, change: Floats, side: Side) -> Floats:

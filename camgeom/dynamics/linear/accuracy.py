@@ -17,7 +17,7 @@ import numpy as np
 from camgeom.dynamics.linear.budget import refuse_costly
 from camgeom.dynamics.linear.method import Method, System, find
 from camgeom.dynamics.linear.solve import Growing, Solution
-from camgeom.dynamics.linear.walk import MAX_STEPS, Grid, aligned_grid
+from camgeom.dynamics.linear.walk import MAX_STEPS, TurnGrid, aligned_grid
 from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
@@ -31,7 +31,7 @@ LADDER = 2.0 ** np.arange(2.0, 20.01, 0.25)
 SATURATED = 1.0
 SAME_GROWTH = 0.05
 """share by which the growth found on two grids may differ and still be the growth of the drive"""
-Once = Callable[[Grid, Method], Solution]
+Once = Callable[[TurnGrid, Method], Solution]
 """A solution on a grid by a method."""
 Watch = Callable[[Solution], Floats]
 """What must be accurate: values (b, n + 1, k) on the nodes of a solution."""
@@ -80,10 +80,10 @@ def solved(system: System, knots: Floats, accuracy: Accuracy, once: Once, watch:
     return verified(affordable(system, method, once), grid, accuracy.tolerance, watch)
 
 
-def affordable(system: System, method: Method, once: Once) -> Callable[[Grid], Solution]:
+def affordable(system: System, method: Method, once: Once) -> Callable[[TurnGrid], Solution]:
     """Solutions on the grids that are affordable; NotConverged, with the cost, for the others."""
 
-    def solve(grid: Grid) -> Solution:
+    def solve(grid: TurnGrid) -> Solution:
         refuse_costly(system, method, grid.steps * system.batch)
         return once(grid, method)
 
@@ -159,8 +159,8 @@ def _modal(system: System, knots: Floats) -> Modal:
 
 
 def verified(
-    solve: Callable[[Grid], Solution],
-    grid: Grid,
+    solve: Callable[[TurnGrid], Solution],
+    grid: TurnGrid,
     tolerance: float,
     watch: Watch = watch_position,
     max_steps: int = MAX_STEPS,
@@ -200,7 +200,7 @@ def verified(
     )
 
 
-def measured(solve: Callable[[Grid], Solution], grid: Grid, watch: Watch = watch_position) -> Solution:
+def measured(solve: Callable[[TurnGrid], Solution], grid: TurnGrid, watch: Watch = watch_position) -> Solution:
     """The solution on a grid as it is, with what half the step changes in it; infinity where that has no answer."""
     found = solve(grid)
     if 2 * grid.steps > MAX_STEPS:

@@ -31,7 +31,7 @@ from camgeom.maths.frozen import cached_property
 Side = Literal["left", "right"]
 
 
-class Motion(Protocol):
+class DrivenMotion(Protocol):
     """What drives a system: lift or turret angle over the cam angle in rad, exact to any derivative."""
 
     @property
@@ -49,7 +49,7 @@ AUTO = "gauss8"
 
 
 @immutable
-class Contact:
+class VaryingContact:
     """The one direction of an equation of motion that varies: it adds u r^T to D and u p^T to S.
 
     push u (b, n, m), rate r (b, n, m), place p (b, n, m); an axis of length 1 stands for all.
@@ -62,7 +62,7 @@ class Contact:
     @classmethod
     def on_cam(
         cls, slope: Floats, bend: Floats, stiffness: Floats | float, damping: float, speed: Floats, mass: Floats
-    ) -> Contact:
+    ) -> VaryingContact:
         """Spring and damper between a cam (first of the coordinates of mass (m,)) and what it drives (second).
 
         Elongation g = q2 - s' q1, its rate omega (q2' - s' q1' - s'' q1) at the speed omega (b, 1 or n) in rad/s; slope
@@ -86,7 +86,7 @@ class Coefficients:
     fixed_damping: Floats
     fixed_stiffness: Floats
     force: Floats
-    contact: Contact | None = None
+    contact: VaryingContact | None = None
 
     @cached_property
     def damping(self) -> Floats:

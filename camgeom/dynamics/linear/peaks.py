@@ -33,7 +33,7 @@ END = 1.0 - 1e-12
 
 
 @immutable
-class Peak:
+class OutputPeaks:
     """The largest and the smallest value (b,) of an output and the cam angles (b,) in rad where they occur."""
 
     maximum: Floats
@@ -52,7 +52,7 @@ class Peak:
         return np.where(np.abs(self.maximum) >= np.abs(self.minimum), self.maximum_at, self.minimum_at)
 
 
-def peak(solution: Solution, output: Output) -> Peak:
+def peak(solution: Solution, output: Output) -> OutputPeaks:
     """Extremes of an output over a solution, between its nodes too.
 
     Where interpolation promises more than true steps find (a force through a spring much stiffer than the step
@@ -77,7 +77,7 @@ def peak(solution: Solution, output: Output) -> Peak:
     return found
 
 
-def _best(solution: Solution, output: Output, samples: Floats) -> Peak:
+def _best(solution: Solution, output: Output, samples: Floats) -> OutputPeaks:
     """Extremes in the intervals whose samples (b, steps, k) are largest and smallest."""
     upper = np.argsort(-_tops(samples), axis=1)[:, :CANDIDATES]
     lower = np.argsort(-_tops(-samples), axis=1)[:, :CANDIDATES]
@@ -89,7 +89,7 @@ def _best(solution: Solution, output: Output, samples: Floats) -> Peak:
     values, places, half = values * sign, begin + share * width, upper.shape[1]
     row = np.arange(len(samples))
     top, bottom = values[:, :half].argmax(1), half + values[:, half:].argmin(1)
-    return Peak(values[row, top], places[row, top], values[row, bottom], places[row, bottom])
+    return OutputPeaks(values[row, top], places[row, top], values[row, bottom], places[row, bottom])
 
 
 def _tops(samples: Floats) -> Floats:

@@ -11,9 +11,9 @@ import numpy.typing as npt
 from camgeom.dynamics.linear.accuracy import Accuracy, Once, affordable, predicted_steps, solved, verified
 from camgeom.dynamics.linear.budget import MOST_SWEEP_SECONDS, Purse, refuse_costly
 from camgeom.dynamics.linear.method import Method, Side, System, find
-from camgeom.dynamics.linear.peaks import Output, Peak, peak
+from camgeom.dynamics.linear.peaks import Output, OutputPeaks, peak
 from camgeom.dynamics.linear.solve import Solution, advance, periodic, transient
-from camgeom.dynamics.linear.walk import Grid, aligned_grid
+from camgeom.dynamics.linear.walk import TurnGrid, aligned_grid
 from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
@@ -81,14 +81,14 @@ class Response(Generic[S]):
         m = self.system.size
         return output(self.system, name)(angles[None], y[..., :m], y[..., m:], "right")
 
-    def peak(self, name: str) -> Peak:
+    def peak(self, name: str) -> OutputPeaks:
         """Extremes of an output between the nodes too, with their cam angles."""
         if name not in self._peaks:
             self._peaks[name] = frozen(peak(self.solution, output(self.system, name)))
         return self._peaks[name]
 
     @cached_property
-    def _peaks(self) -> dict[str, Peak]:
+    def _peaks(self) -> dict[str, OutputPeaks]:
         """Extremes that were asked for."""
         return {}
 
@@ -137,7 +137,7 @@ class Sweep:
     """
 
     speed: Floats
-    peaks: Mapping[str, Peak]
+    peaks: Mapping[str, OutputPeaks]
     spectral_radius: Floats
     error: Floats
     answered: npt.NDArray[np.bool_]
@@ -176,7 +176,7 @@ def swept(at: Callable[[Floats], S], speeds: Floats, accuracy: Accuracy, outputs
         for k, name in enumerate(outputs):
             top = answer.peak(name)
             extremes[k][:, index] = top.maximum, top.maximum_at, top.minimum, top.minimum_at
-    peaks = {name: Peak(*rows) for name, rows in zip(outputs, extremes, strict=True)}
+    peaks = {name: OutputPeaks(*rows) for name, rows in zip(outputs, extremes, strict=True)}
     return Sweep(speeds, peaks, radius, error, answered, tuple(sorted(refused)))
 
 
@@ -217,7 +217,7 @@ def _answers(
             purse.pay(system, method, grid.steps * system.batch)
             return [(index, Response(system, periodic(system, grid, method)))]
 
-        def paid(on: Grid, by: Method) -> Solution:
+        def paid(on: TurnGrid, by: Method) -> Solution:
             purse.pay(system, by, on.steps * system.batch)
             return periodic(system, on, by)
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from camgeom.dynamics.linear.maps import KEPT, Stages, held_stages, stages_of, step_maps, stepped
 from camgeom.dynamics.linear.method import Method, RungeKutta, Side, System, find, radau
-from camgeom.dynamics.linear.walk import Chain, Grid, Walk
+from camgeom.dynamics.linear.walk import MapChain, TurnGrid, Walk
 from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
@@ -55,7 +55,7 @@ class Solution:
 
     system: System
     method: Method
-    grid: Grid
+    grid: TurnGrid
     theta: Floats
     state: Floats
     spectral_radius: Floats
@@ -135,7 +135,7 @@ def acceleration(system: System, theta: Floats, position: Floats, rate: Floats, 
     return out if system.linear else out + system.correction(np.atleast_2d(theta), position, rate, side)
 
 
-def periodic(system: System, grid: Grid, method: str | Method) -> Solution:
+def periodic(system: System, grid: TurnGrid, method: str | Method) -> Solution:
     """The periodic steady state on a grid, y0 = (I - Phi)^-1 p, without any transient.
 
     Raises NotConverged for a growing turn (step too long for the method, or parametric instability) and for a resonance
@@ -149,7 +149,7 @@ def periodic(system: System, grid: Grid, method: str | Method) -> Solution:
 
 
 def transient(
-    system: System, grid: Grid, method: str | Method, begin: Floats | None = None, turns: int = 1
+    system: System, grid: TurnGrid, method: str | Method, begin: Floats | None = None, turns: int = 1
 ) -> Solution:
     """The motion over `turns` turns from the state begin (b, 2m) of q, q' at the grid's first angle; rest when not
     given.
@@ -179,7 +179,7 @@ def transient(
     return Solution(system, method, grid, theta, out, _growth(total), np.full(system.batch, np.inf), "")
 
 
-def _turn(system: System, grid: Grid, method: Method) -> Walk | CorrectedWalk:
+def _turn(system: System, grid: TurnGrid, method: Method) -> Walk | CorrectedWalk:
     return Walk(method, system, grid) if system.linear else CorrectedWalk(method, system, grid)
 
 
@@ -198,7 +198,7 @@ class Growing(NotConverged):
         super().__init__(text)
 
 
-def _closing_state(system: System, grid: Grid, method: Method, total: Floats, radius: Floats) -> Floats:
+def _closing_state(system: System, grid: TurnGrid, method: Method, total: Floats, radius: Floats) -> Floats:
     """The state (b, r) that the map of a turn [Phi | p] brings back to itself; refusals as in `periodic`."""
     if not np.isfinite(radius).all() or float(radius.max()) > 1.0 + NEUTRAL:
         worst = int(np.nan_to_num(radius, nan=np.inf).argmax())
@@ -224,7 +224,7 @@ def _closing_state(system: System, grid: Grid, method: Method, total: Floats, ra
     return np.asarray(np.linalg.solve(matrix, (total[..., -1] * scale)[..., None])[..., 0] / scale)
 
 
-def _typical_rate(system: System, grid: Grid) -> Floats:
+def _typical_rate(system: System, grid: TurnGrid) -> Floats:
     """A rate (b,) in rad per rad that brings q and q' to one size."""
     stiffness = system.coefficients(grid.theta[None, :1]).stiffness
     size = np.abs(stiffness).sum(-1).max(axis=(-1, -2))
@@ -270,7 +270,7 @@ class CorrectedWalk:
 
     method: Method
     system: System
-    grid: Grid
+    grid: TurnGrid
     stages: Stages = field(init=False, repr=False)
     maps: Floats = field(init=False, repr=False)
 
@@ -286,7 +286,7 @@ class CorrectedWalk:
     @cached_property
     def period(self) -> Floats:
         """The affine map [Phi | p] (b, r, r + 1) of a whole period without the correction."""
-        return Chain.of(self.maps.copy()).whole()
+        return MapChain.of(self.maps.copy()).whole()
 
     def run(self, begin: Floats) -> tuple[Floats, Floats]:
         """States (b, n + 1, r) along the grid from the state begin (b, r), and the map as `period` gives it."""
@@ -301,7 +301,7 @@ class CorrectedWalk:
             maps = self.maps.copy()
             if force is not None:
                 maps[..., -1] += _pushed(self.stages, force)
-            chain = Chain.of(maps)
+            chain = MapChain.of(maps)
             first = close(chain.whole())
             state = np.concatenate([first[:, None], chain.states(first)], 1)
             if not np.isfinite(state).all():

@@ -25,7 +25,7 @@ MERGE = 1e-12
 
 
 @immutable
-class Grid:
+class TurnGrid:
     """Cam angles (n + 1) in rad from the first knot over one period, every knot among them.
 
     counts are the steps between knots; starts_at_knot (n,) says which step starts at one.
@@ -52,12 +52,12 @@ class Grid:
         """Number of steps in the period."""
         return len(self.theta) - 1
 
-    def halved(self) -> Grid:
+    def halved(self) -> TurnGrid:
         """The grid with every step cut in two; every second angle is an angle of this one."""
         return _grid(self.knots, tuple(2 * count for count in self.counts))
 
 
-def aligned_grid(knots: npt.ArrayLike, steps: int) -> Grid:
+def aligned_grid(knots: npt.ArrayLike, steps: int) -> TurnGrid:
     """Grid of about `steps` steps over the span of the knots (rad): each stretch between knots gets its share, at
     least one.
 
@@ -77,16 +77,16 @@ def aligned_grid(knots: npt.ArrayLike, steps: int) -> Grid:
     return _grid(inside, counts)
 
 
-def _grid(knots: Floats, counts: tuple[int, ...]) -> Grid:
+def _grid(knots: Floats, counts: tuple[int, ...]) -> TurnGrid:
     parts = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(knots[:-1], knots[1:], counts, strict=True)]
     theta = np.concatenate([*parts, knots[-1:]])
     at_knot = np.zeros(len(theta) - 1, dtype=bool)
     at_knot[np.concatenate([[0], np.cumsum(counts)[:-1]])] = True
-    return Grid(theta, counts, knots, at_knot)
+    return TurnGrid(theta, counts, knots, at_knot)
 
 
 @immutable
-class Chain:
+class MapChain:
     """One-step maps (b, n, r, r + 1) composed in blocks of about sqrt(n) steps, side by side.
 
     Walking n steps then costs about 2 sqrt(n) passes of whole-array products instead of n.
@@ -96,7 +96,7 @@ class Chain:
     count: int
 
     @staticmethod
-    def of(single: Floats) -> Chain:
+    def of(single: Floats) -> MapChain:
         """Compose one-step maps; the array is used up."""
         b, count, size = single.shape[:3]
         block = isqrt(count - 1) + 1
@@ -107,7 +107,7 @@ class Chain:
         blocks = single.reshape(b, padded // block, block, size, size + 1)
         for j in range(1, block):
             blocks[:, :, j] = after(blocks[:, :, j], blocks[:, :, j - 1])
-        return Chain(blocks, count)
+        return MapChain(blocks, count)
 
     def whole(self) -> Floats:
         """The affine map (b, r, r + 1) of all steps."""
@@ -138,9 +138,9 @@ class Walk:
 
     method: Method
     system: System
-    grid: Grid
+    grid: TurnGrid
     part: int = field(init=False, repr=False)
-    kept: tuple[Chain, ...] = field(init=False, repr=False)
+    kept: tuple[MapChain, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "part", max(64, KEEP // self.system.batch))
@@ -180,10 +180,10 @@ class Walk:
     def _lows(self) -> range:
         return range(0, self.grid.steps, self.part)
 
-    def _chain(self, low: int) -> Chain:
+    def _chain(self, low: int) -> MapChain:
         return self.kept[0] if self.kept else self._compose(low)
 
-    def _compose(self, low: int) -> Chain:
+    def _compose(self, low: int) -> MapChain:
         """The chain of the part that begins with step `low`."""
         cut = slice(low, low + self.part)
         start = self.grid.start[cut]
@@ -194,7 +194,7 @@ class Walk:
             at_knot = self.grid.starts_at_knot[cut]
             if at_knot.any():
                 single[:, at_knot] = after(single[:, at_knot], restart(self.system, start[None, at_knot]))
-        return Chain.of(single)
+        return MapChain.of(single)
 
 
 def after(second: Floats, first: Floats) -> Floats:

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING
 from camgeom.errors import ExportError
 from camgeom.export import NO_PLATE, writer
 from camgeom.export.files import atomic_write
-from camgeom.export.step.brep import Assembly, Brep, Facets
+from camgeom.export.step.brep import Assembly, Brep, FacetBody
 from camgeom.export.step.file import Schema, step_text
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 NO_ROLLERS = "the follower has no rollers to place beside the cam, and no frame that is a part"
 
 
-def write_step(path: str | Path, shape: Brep | Facets | Assembly, schema: Schema = "AP242") -> int:
+def write_step(path: str | Path, shape: Brep | FacetBody | Assembly, schema: Schema = "AP242") -> int:
     """Write a STEP file whole or not at all; returns its bytes. Raises ExportError where it cannot be written."""
     try:
         data = step_text(shape, schema).encode("ascii")
@@ -87,7 +87,7 @@ def write_frame(path: Path, model: Model, schema: Schema = "AP242", tolerance: f
 def _written(
     path: Path,
     model: Model,
-    make: Callable[[Model, float], Brep | Facets | Assembly],
+    make: Callable[[Model, float], Brep | FacetBody | Assembly],
     schema: Schema,
     tolerance: float | None,
 ) -> int:

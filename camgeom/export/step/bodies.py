@@ -14,7 +14,7 @@ import numpy as np
 from camgeom.errors import CamgeomError, DesignError, ExportError
 from camgeom.export import NO_PLATE, Colour
 from camgeom.export.step import NO_ROLLERS
-from camgeom.export.step.brep import Assembly, Brep, Facets, Placed
+from camgeom.export.step.brep import Assembly, Brep, FacetBody, Placed
 from camgeom.export.step.cut import cut_solid
 from camgeom.export.step.geometry import Frame, vector
 from camgeom.export.step.groove import (
@@ -70,7 +70,7 @@ EXACT: dict[type, Callable[[Any, float], Brep]] = {
 """How a kind of part becomes a boundary representation: (part, tolerance mm) -> Brep."""
 
 
-def model_bodies(model: Model, tolerance: float = TOLERANCE) -> Brep | Facets | Assembly:
+def model_bodies(model: Model, tolerance: float = TOLERANCE) -> Brep | FacetBody | Assembly:
     """A model's bodies: exact where the kind of part has a boundary representation, else the triangles of its mesh.
 
     Several bodies become an assembly. Raises DesignError where the cam is undercut and no body is made of it.
@@ -78,7 +78,7 @@ def model_bodies(model: Model, tolerance: float = TOLERANCE) -> Brep | Facets | 
     try:
         model.refuse_folded()
     except DesignError as error:
-        bodies: list[Brep | Facets] = [_facets(model, index, error) for index in range(len(model.solids))]
+        bodies: list[Brep | FacetBody] = [_facets(model, index, error) for index in range(len(model.solids))]
     else:
         bodies = [_body(model, index, tolerance) for index in range(len(model.parts))]
     if model.mechanism.frame is not None:
@@ -99,7 +99,7 @@ def frame_of(model: Model, tolerance: float = TOLERANCE) -> Brep:
     return replace(frame_solid(plate, tolerance), colour=TURRET_COLOUR, density=density)
 
 
-def _body(model: Model, index: int, tolerance: float) -> Brep | Facets:
+def _body(model: Model, index: int, tolerance: float) -> Brep | FacetBody:
     part = model.parts[index]
     build = EXACT.get(type(part))
     if build is None:
@@ -110,12 +110,12 @@ def _body(model: Model, index: int, tolerance: float) -> Brep | Facets:
         return _facets(model, index, error)
 
 
-def _facets(model: Model, index: int, reason: object) -> Facets:
+def _facets(model: Model, index: int, reason: object) -> FacetBody:
     solid = model.solids[index]
-    return Facets(solid.name, solid.mesh, deviation=solid.chord_error, reason=str(reason))
+    return FacetBody(solid.name, solid.mesh, deviation=solid.chord_error, reason=str(reason))
 
 
-def notes(shape: Brep | Facets | Assembly) -> list[dict[str, Any]]:
+def notes(shape: Brep | FacetBody | Assembly) -> list[dict[str, Any]]:
     """What a file holds, body by body, as plain data: exact faces or triangles, and their deviation in mm."""
     placed = [part.body for part in shape.parts] if isinstance(shape, Assembly) else [shape]
     found = []
@@ -127,7 +127,7 @@ def notes(shape: Brep | Facets | Assembly) -> list[dict[str, Any]]:
             "deviation_mm": body.deviation,
             "count": placed.count(body),
         }
-        if isinstance(body, Facets):
+        if isinstance(body, FacetBody):
             note["reason"] = body.reason
         found.append(note)
     return found

@@ -133,7 +133,7 @@ class Brep:
 
 @final
 @immutable
-class Facets:
+class FacetBody:
     """A body known only as triangles: its name and its mesh, whose face groups become faces.
 
     deviation  largest distance in mm of the triangles from the exact shape; reason: why there are no exact faces
@@ -150,7 +150,7 @@ class Facets:
 class Placed:
     """A body in an assembly: where its origin and axes go, and the name of this occurrence (default: the body's)."""
 
-    body: Brep | Facets
+    body: Brep | FacetBody
     frame: Frame = WORLD
     name: str = ""
 

@@ -18,10 +18,10 @@ from camgeom.errors import CamgeomError, DesignError
 from camgeom.export.step.brep import Brep, Edge, Face, Loop, Use, Vertex, vertex
 from camgeom.export.step.check import check_solid
 from camgeom.export.step.geometry import Cone, Curve, SplineSurface, Surface, Torus
-from camgeom.export.step.groove import Walls, between, flipped, groove_bands, points_last, rooted_bands, split_knots
+from camgeom.export.step.groove import FlankPair, between, flipped, groove_bands, points_last, rooted_bands, split_knots
 from camgeom.export.step.meeting import SurfaceCrossing, corner, fit_curve, iso_curve
 from camgeom.export.step.patches import SECTORS, GrooveBody, Patch, blank_patches, groove_body, keyway_start
-from camgeom.export.step.shell import Band
+from camgeom.export.step.shell import ShellBand
 from camgeom.export.step.solids import TOLERANCE
 from camgeom.export.step.tagged import OUTSIDE, Chain, blank_mesh, groove_mesh, regions_of, subtract_tagged
 from camgeom.immutable import immutable
@@ -61,21 +61,21 @@ def cut_solid(body: IndexingCut | CutBlank, tolerance: float = TOLERANCE) -> Bre
     raise trouble
 
 
-def _bands(body: IndexingCut | CutBlank, track: Track) -> tuple[list[Band], Floats]:
+def _bands(body: IndexingCut | CutBlank, track: Track) -> tuple[list[ShellBand], Floats]:
     """Bands across a groove from the top of flank +1 to the top of flank -1, and the knots along it."""
     if isinstance(body, CutBlank):
-        return groove_bands(Walls(track, body.outside, body.guess), 1.0), split_knots(track)
+        return groove_bands(FlankPair(track, body.outside, body.guess), 1.0), split_knots(track)
     section = body.section(track)
     if isinstance(section, GrooveSection):
-        return groove_bands(Walls(track, body.top, body.guesses[0]), 1.0), track.knots()
+        return groove_bands(FlankPair(track, body.top, body.guesses[0]), 1.0), track.knots()
     if isinstance(section, RootedSection):
-        return rooted_bands(Walls(track, body.top, body.guesses[0])), track.knots()
+        return rooted_bands(FlankPair(track, body.top, body.guesses[0])), track.knots()
     return _floored(section), track.knots()
 
 
-def _floored(section: FlooredSection) -> list[Band]:
-    top = Walls(section.track, section.top, section.guesses[0])
-    foot = Walls(section.track, section.floor, section.guesses[1])
+def _floored(section: FlooredSection) -> list[ShellBand]:
+    top = FlankPair(section.track, section.top, section.guesses[0])
+    foot = FlankPair(section.track, section.floor, section.guesses[1])
 
     def floor(phi: Floats, share: Floats) -> Floats:
         column = foot.column(phi)
@@ -83,7 +83,7 @@ def _floored(section: FlooredSection) -> list[Band]:
         return points_last(low * (1.0 - share) + high * share)
 
     down, up = flipped(between(foot, top, 1.0)), between(foot, top, -1.0)
-    return [Band("flank", down), Band("floor", floor, degree=1), Band("flank", up)]
+    return [ShellBand("flank", down), ShellBand("floor", floor, degree=1), ShellBand("flank", up)]
 
 
 @final

@@ -8,7 +8,7 @@ import numpy as np
 
 from camgeom.errors import ExportError
 from camgeom.export import Colour
-from camgeom.export.step.brep import Assembly, Brep, Edge, Face, Facets, Loop, Placed, Vertex
+from camgeom.export.step.brep import Assembly, Brep, Edge, Face, FacetBody, Loop, Placed, Vertex
 from camgeom.export.step.geometry import Circle, Cone, Curve, Frame, Line, Plane, SplineCurve, Surface, Torus
 from camgeom.export.step.text import Instances, integers, real, reals, references, string, triples
 from camgeom.maths.splines import Basis
@@ -31,7 +31,7 @@ TIMESTAMP = "1970-01-01T00:00:00"
 """The same for every file, so that the same shape gives the same bytes."""
 
 
-def step_text(shape: Brep | Facets | Assembly, schema: Schema = "AP242") -> str:
+def step_text(shape: Brep | FacetBody | Assembly, schema: Schema = "AP242") -> str:
     """The STEP file of a solid, of a body of triangles or of an assembly, as ASCII text.
 
     Raises ExportError for a schema that is none, and for triangles in AP214, which has none.
@@ -51,7 +51,7 @@ def _header(title: str, schema: Schema) -> str:
     )
 
 
-def _about(body: Brep | Facets) -> str:
+def _about(body: Brep | FacetBody) -> str:
     """What the file says of a body's accuracy."""
     if isinstance(body, Brep):
         return f"exact faces, fitted ones within {body.deviation:.2g} mm" if body.deviation else "exact faces"
@@ -82,7 +82,7 @@ class _Product:
         self.origin = _placement(out, Frame())
         self.styled: list[int] = []
 
-    def write(self, shape: Brep | Facets | Assembly) -> None:
+    def write(self, shape: Brep | FacetBody | Assembly) -> None:
         """The whole DATA section."""
         if isinstance(shape, Assembly):
             self._assembly(shape)
@@ -104,10 +104,10 @@ class _Product:
         shape = self.out.add(f"PRODUCT_DEFINITION_SHAPE('','',#{definition})")
         self.out.add(f"SHAPE_DEFINITION_REPRESENTATION(#{shape},#{representation})")
 
-    def _part(self, body: Brep | Facets) -> tuple[int, int]:
+    def _part(self, body: Brep | FacetBody) -> tuple[int, int]:
         """A product of one body; returns its definition and its representation."""
         definition = self._definition(body.name, _about(body))
-        representation = self._facets(body) if isinstance(body, Facets) else self._brep(body)
+        representation = self._facets(body) if isinstance(body, FacetBody) else self._brep(body)
         self._shaped(definition, representation)
         if isinstance(body, Brep) and body.density is not None:
             self._density(definition, body.density)
@@ -121,7 +121,7 @@ class _Product:
         items = references((self.origin, brep))
         return self.out.add(f"ADVANCED_BREP_SHAPE_REPRESENTATION({string(body.name)},{items},#{self.context})")
 
-    def _facets(self, body: Facets) -> int:
+    def _facets(self, body: FacetBody) -> int:
         if self.schema != "AP242":
             why = f" ({body.reason})" if body.reason else ""
             raise ExportError(f"{body.name!r} is known as triangles only{why}, which need schema AP242")
@@ -261,7 +261,7 @@ def _style(out: Instances, colour: Colour) -> int:
     return out.once(f"PRESENTATION_STYLE_ASSIGNMENT((#{usage}))")
 
 
-def _triangles(out: Instances, body: Facets) -> int:
+def _triangles(out: Instances, body: FacetBody) -> int:
     """TESSELLATED_SOLID of a mesh, one TRIANGULATED_FACE for each face group; returns its number."""
     mesh = body.mesh
     faces = []

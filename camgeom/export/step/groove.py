@@ -16,7 +16,7 @@ import numpy as np
 from camgeom.errors import DesignError
 from camgeom.export.step.brep import Brep
 from camgeom.export.step.geometry import WORLD, Cone, Frame
-from camgeom.export.step.shell import Band, shell
+from camgeom.export.step.shell import ShellBand, shell
 from camgeom.export.step.solids import TOLERANCE, bore_holes, closed_solid
 from camgeom.export.step.spline import SurfacePoints
 from camgeom.maths import Floats
@@ -37,7 +37,7 @@ def grooved_solid(body: GroovedCylinder, tolerance: float = TOLERANCE) -> Brep:
     if not body.fits():
         raise DesignError(f"{body.name!r}: the groove runs out of an end face, so it is no closed ring")
     section = body.section()
-    walls = Walls(body.track, section.level, section.guess)
+    walls = FlankPair(body.track, section.level, section.guess)
     bands = [
         land(walls.edge(section.first), 0.0, True, body.radius, slope=body.slope),
         *groove_bands(walls, section.first),
@@ -53,11 +53,11 @@ def grooves_solid(body: GroovedDrum, tolerance: float = TOLERANCE) -> Brep:
     as above."""
     if not body.fits():
         raise DesignError(f"{body.name!r}: a groove runs out of an end face or into the next one")
-    bands: list[Band] = []
+    bands: list[ShellBand] = []
     before: SurfacePoints | None = None
     for ring in body.ordered:
         section = ring.section()
-        walls = Walls(ring.track, section.level, section.guess)
+        walls = FlankPair(ring.track, section.level, section.guess)
         low, high = walls.edge(section.first), walls.edge(-section.first)
         bands.append(land(low, 0.0, True, body.radius) if before is None else crest(before, low, body.radius))
         bands += groove_bands(walls, section.first)
@@ -73,12 +73,13 @@ def grooves_solid(body: GroovedDrum, tolerance: float = TOLERANCE) -> Brep:
 def ribbed_solid(body: RibbedCylinder, tolerance: float = TOLERANCE) -> Brep:
     """The ribbed drum as a solid whose fitted faces are within `tolerance` mm of the exact ones; raises as above."""
     low_side, high_side = body.sides
-    feet, tops = ([Walls(t, cylinder_level(r), r) for t in (body.lower, body.upper)] for r in (body.base, body.radius))
+    tracks = body.lower, body.upper
+    feet, tops = ([FlankPair(t, cylinder_level(r), r) for t in tracks] for r in (body.base, body.radius))
     bands = [
         land(feet[0].edge(low_side), 0.0, True, body.base, "base"),
-        Band("flank", between(feet[0], tops[0], low_side)),
+        ShellBand("flank", between(feet[0], tops[0], low_side)),
         crest(tops[0].edge(low_side), tops[1].edge(high_side), body.radius),
-        Band("flank", flipped(between(feet[1], tops[1], high_side))),
+        ShellBand("flank", flipped(between(feet[1], tops[1], high_side))),
         land(feet[1].edge(high_side), body.length, False, body.base, "base"),
     ]
     skin = shell(bands, body.lower.knots(), -body.lower.sense, tolerance)
@@ -89,10 +90,10 @@ def end_face_solid(body: EndFaceRing, tolerance: float = TOLERANCE) -> Brep:
     """The ring with its web as a solid whose fitted faces are within `tolerance` mm of the exact ones; raises as above.
     """
     (side,) = body.track.sides
-    outer, inner = (Walls(body.track, cylinder_level(r), r) for r in (body.outer, body.inner))
+    outer, inner = (FlankPair(body.track, cylinder_level(r), r) for r in (body.outer, body.inner))
     bands = [
         land(outer.edge(side), 0.0, True, body.outer),
-        Band("flank", between(outer, inner, side)),
+        ShellBand("flank", between(outer, inner, side)),
         land(inner.edge(side), body.web, False, body.inner, "inside"),
     ]
     skin = shell(bands, body.track.knots(), -body.track.sense, tolerance)
@@ -103,7 +104,7 @@ def grooved_ring_solid(body: GroovedRing, tolerance: float = TOLERANCE) -> Brep:
     """The ring with a groove in its inside as a solid whose fitted faces are within `tolerance` mm of the exact ones;
     raises as above."""
     low_side, high_side = body.sides
-    mouth, floor = (Walls(body.track, cylinder_level(r), r) for r in (body.inner, body.floor))
+    mouth, floor = (FlankPair(body.track, cylinder_level(r), r) for r in (body.inner, body.floor))
     upper, lower = mouth.edge(high_side), mouth.edge(low_side)
 
     def rim(phi: Floats, share: Floats) -> Floats:
@@ -116,18 +117,18 @@ def grooved_ring_solid(body: GroovedRing, tolerance: float = TOLERANCE) -> Brep:
 
     bands = [
         land(rim, 0.0, True, body.outer),
-        Band("end", end, degree=1),
+        ShellBand("end", end, degree=1),
         land(upper, body.length, True, body.inner, "inside"),
-        Band("flank", between(mouth, floor, high_side)),
+        ShellBand("flank", between(mouth, floor, high_side)),
         replace(crest(floor.edge(high_side), floor.edge(low_side), body.floor), name="floor"),
-        Band("flank", flipped(between(mouth, floor, low_side))),
+        ShellBand("flank", flipped(between(mouth, floor, low_side))),
         land(lower, body.web, False, body.inner, "inside"),
     ]
     skin = shell(bands, body.track.knots(), -body.track.sense, tolerance)
     return closed_solid(body.name, skin, (0.0, body.web), bore_holes(body.blank.bore), tolerance)
 
 
-def between(foot: Walls, top: Walls, side: float) -> SurfacePoints:
+def between(foot: FlankPair, top: FlankPair, side: float) -> SurfacePoints:
     """Points of one flank from the level surface of `foot` (share 0) to that of `top` (share 1)."""
 
     def point(phi: Floats, share: Floats) -> Floats:
@@ -137,7 +138,7 @@ def between(foot: Walls, top: Walls, side: float) -> SurfacePoints:
     return point
 
 
-def crest(start: SurfacePoints, stop: SurfacePoints, radius: float) -> Band:
+def crest(start: SurfacePoints, stop: SurfacePoints, radius: float) -> ShellBand:
     """The land of a rib between its two edges on the cylinder of `radius`, straight in angle and z."""
 
     def point(phi: Floats, share: Floats) -> Floats:
@@ -148,11 +149,11 @@ def crest(start: SurfacePoints, stop: SurfacePoints, radius: float) -> Band:
         z = low[..., 2] * (1.0 - share) + high[..., 2] * share
         return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=-1)
 
-    return Band("land", point, candidates=(Cone(WORLD, radius),))
+    return ShellBand("land", point, candidates=(Cone(WORLD, radius),))
 
 
 @final
-class Walls:
+class FlankPair:
     """The two flanks of a track from a level surface down to the roller's free end, and what lies between.
 
     Columns are kept while neighbouring bands ask for the same cam angles.
@@ -210,9 +211,9 @@ class Walls:
         return lambda phi, _: points_last(self.column(phi).wall(side, self.top(phi, side)))
 
 
-def groove_bands(walls: Walls, first: float) -> list[Band]:
+def groove_bands(walls: FlankPair, first: float) -> list[ShellBand]:
     """Bands across a groove from the top of flank `first` (+1 or -1) to the top of the other one."""
-    down, up = Band("flank", walls.wall(first)), Band("flank", flipped(walls.wall(-first)))
+    down, up = ShellBand("flank", walls.wall(first)), ShellBand("flank", flipped(walls.wall(-first)))
     if walls.column(np.zeros(1)).ball_ended:
         return [down, up]
 
@@ -226,11 +227,11 @@ def groove_bands(walls: Walls, first: float) -> list[Band]:
         low, high = column.chord_end(first)[:, :, None], column.chord_end(-first)[:, :, None]
         return points_last(low * (1.0 - share) + high * share)
 
-    middle = [Band(foot, sweep(first)), Band("floor", floor, degree=1), Band(foot, flipped(sweep(-first)))]
-    return [down, *middle, up]
+    there, back = ShellBand(foot, sweep(first)), ShellBand(foot, flipped(sweep(-first)))
+    return [down, there, ShellBand("floor", floor, degree=1), back, up]
 
 
-def rooted_bands(walls: Walls) -> list[Band]:
+def rooted_bands(walls: FlankPair) -> list[ShellBand]:
     """Bands across an indexing cam's groove with rounded roots, from the top of flank +1 to the top of the other."""
 
     def root(side: float) -> SurfacePoints:
@@ -240,11 +241,13 @@ def rooted_bands(walls: Walls) -> list[Band]:
         low, high = (walls.column(phi).corner(side, np.array([ROOTED])) for side in (1.0, -1.0))
         return points_last(low * (1.0 - share) + high * share)
 
-    middle = [Band("root", root(1.0)), Band("floor", floor, degree=1), Band("root", flipped(root(-1.0)))]
-    return [Band("flank", walls.wall(1.0)), *middle, Band("flank", flipped(walls.wall(-1.0)))]
+    middle = [ShellBand("root", root(1.0)), ShellBand("floor", floor, degree=1), ShellBand("root", flipped(root(-1.0)))]
+    return [ShellBand("flank", walls.wall(1.0)), *middle, ShellBand("flank", flipped(walls.wall(-1.0)))]
 
 
-def land(edge: SurfacePoints, z: float, rising: bool, radius: float, name: str = "land", slope: float = 0.0) -> Band:
+def land(
+    edge: SurfacePoints, z: float, rising: bool, radius: float, name: str = "land", slope: float = 0.0
+) -> ShellBand:
     """The cylinder of `radius` straight along Z between an end ring at z and a groove's edge (first where falling).
 
     slope  by which the radius of a cone falls per mm of height; `radius` is that at z = 0
@@ -262,7 +265,7 @@ def land(edge: SurfacePoints, z: float, rising: bool, radius: float, name: str =
 
     # The half angle of a written cone is positive: its frame points to where it widens.
     frame = Frame((0.0, 0.0, 0.0), (0.0, 0.0, -1.0)) if slope > 0.0 else WORLD
-    return Band(name, point, degree=1, candidates=(Cone(frame, radius, atan(abs(slope))),))
+    return ShellBand(name, point, degree=1, candidates=(Cone(frame, radius, atan(abs(slope))),))
 
 
 def flipped(points: SurfacePoints) -> SurfacePoints:

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from camgeom.export.step.geometry import WORLD, Cone, Frame, Plane, SplineSurface, Surface, Torus
 from camgeom.export.step.recognise import curve_of, surface_of
-from camgeom.export.step.shell import Band, fitted
+from camgeom.export.step.shell import ShellBand, fitted
 from camgeom.export.step.spline import SurfaceFit
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
@@ -84,7 +84,7 @@ class GrooveBody:
 
 
 def groove_body(
-    bands: Sequence[Band], knots: Floats, closed: bool, shell: int, first: int, tolerance: float
+    bands: Sequence[ShellBand], knots: Floats, closed: bool, shell: int, first: int, tolerance: float
 ) -> GrooveBody:
     """Fit the bands of a groove body between its knots, each within `tolerance` mm. Raises as `shell.fitted`."""
     if closed and len(knots) < 4:

@@ -33,7 +33,7 @@ WIDEST = 5.5
 
 @final
 @immutable
-class Band:
+class ShellBand:
     """One band of a shell.
 
     name        of its faces; a tuple names each interval between the knots
@@ -63,7 +63,7 @@ class Shell:
     deviation: float
 
 
-def shell(bands: Sequence[Band], knots: Floats, outward: float, tolerance: float) -> Shell:
+def shell(bands: Sequence[ShellBand], knots: Floats, outward: float, tolerance: float) -> Shell:
     """Faces of bands round a closed parameter.
 
     knots      (k,) ascending; the last is one period after the first
@@ -82,7 +82,7 @@ def shell(bands: Sequence[Band], knots: Floats, outward: float, tolerance: float
     return Shell(tuple(faces), *ends, deviation)
 
 
-def fitted(bands: Sequence[Band], knots: Floats, tolerance: float) -> list[list[SurfaceFit]]:
+def fitted(bands: Sequence[ShellBand], knots: Floats, tolerance: float) -> list[list[SurfaceFit]]:
     """Fits by band and interval: one basis along phi in each interval, one across in each band."""
     points, degrees = [band.point for band in bands], [band.degree for band in bands]
     intervals = list(pairwise(knots.tolist()))
@@ -105,7 +105,7 @@ def fitted(bands: Sequence[Band], knots: Floats, tolerance: float) -> list[list[
 class _Net:
     """Vertices and edges of a shell, each made once."""
 
-    def __init__(self, bands: Sequence[Band], fits: list[list[SurfaceFit]]) -> None:
+    def __init__(self, bands: Sequence[ShellBand], fits: list[list[SurfaceFit]]) -> None:
         self.bands, self.fits = bands, fits
         self.count = len(fits[0])
         self.widths = np.array([[_width(fit) for fit in row] for row in fits])

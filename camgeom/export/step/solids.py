@@ -17,7 +17,7 @@ import numpy as np
 from camgeom.errors import DesignError
 from camgeom.export.step.brep import Brep, Face, Loop
 from camgeom.export.step.geometry import Frame, Plane
-from camgeom.export.step.shell import Band, Shell, shell
+from camgeom.export.step.shell import Shell, ShellBand, shell
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.solid import TOUCHED
@@ -82,7 +82,7 @@ def wall(outline: ClosedCurve, low: float, high: float, outward: float, toleranc
     return standing([upright(outline, low, high)], outline, outward, tolerance)
 
 
-def upright(outline: ClosedCurve, low: float, high: float, upper: ClosedCurve | None = None) -> Band:
+def upright(outline: ClosedCurve, low: float, high: float, upper: ClosedCurve | None = None) -> ShellBand:
     """The band straight along Z over an outline from z = low to z = high, mm; to another outline at the same knots
     where one is given."""
 
@@ -95,10 +95,10 @@ def upright(outline: ClosedCurve, low: float, high: float, upper: ClosedCurve | 
         x[..., 2] = low * (1.0 - share) + high * share
         return x
 
-    return Band(outline.name, point, degree=1)
+    return ShellBand(outline.name, point, degree=1)
 
 
-def standing(bands: Sequence[Band], outline: ClosedCurve, outward: float, tolerance: float) -> Shell:
+def standing(bands: Sequence[ShellBand], outline: ClosedCurve, outward: float, tolerance: float) -> Shell:
     """The shell of bands from the lowest up that stand about an outline; outward -1 for a hole."""
     knots = np.array(outline.knots)
     turn = outward * _running(outline.point(np.linspace(knots[0], knots[-1], 361)[:-1]))
@@ -145,7 +145,7 @@ def closed_solid(
     return Brep(name, faces, deviation=max(s.deviation for s in (body, *inner)))
 
 
-def revolved_band(name: str, meridian: Callable[[Floats], Floats], degree: int = 5) -> Band:
+def revolved_band(name: str, meridian: Callable[[Floats], Floats], degree: int = 5) -> ShellBand:
     """A band of revolution about Z: meridian share (m,) -> (m, 2) of (r, z) mm; phi is the angle, so knots are too."""
 
     def point(phi: Floats, share: Floats) -> Floats:
@@ -155,7 +155,7 @@ def revolved_band(name: str, meridian: Callable[[Floats], Floats], degree: int =
         x[..., 2] = rz[:, 1]
         return x
 
-    return Band(name, point, degree)
+    return ShellBand(name, point, degree)
 
 
 def line_meridian(start: tuple[float, float], end: tuple[float, float]) -> Callable[[Floats], Floats]:
@@ -286,7 +286,7 @@ def _flank(groove: FaceGroove, loop: BodyLoop, body: GroovedPlate, outward: floa
         points = groove.root_points(loop, phi, 1.0 - share if up else share)
         return np.ascontiguousarray(np.moveaxis(points, 0, -1))
 
-    bands = [Band("root", root), upright(outline, groove.foot, groove.top)]
+    bands = [ShellBand("root", root), upright(outline, groove.foot, groove.top)]
     return standing(bands if up else [upright(outline, groove.top, groove.foot), bands[0]], outline, outward, tolerance)
 
 

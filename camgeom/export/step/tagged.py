@@ -185,7 +185,7 @@ def _off(patch: Patch, corners: Floats) -> Floats:
 
 @final
 @immutable
-class Cut:
+class TaggedMesh:
     """The result of the boolean: vertices (v, 3), faces (f, 3), tag (f,), parameters at the corners (f, 3, 2)."""
 
     vertices: Floats
@@ -194,7 +194,7 @@ class Cut:
     values: Floats
 
 
-def subtract_tagged(blank: Tagged, tools: Sequence[Tagged]) -> Cut:
+def subtract_tagged(blank: Tagged, tools: Sequence[Tagged]) -> TaggedMesh:
     """Blank minus all tools with tags and parameters kept. Raises GeometryEngineError where the engine refuses."""
     manifold3d = library()
 
@@ -212,7 +212,7 @@ def subtract_tagged(blank: Tagged, tools: Sequence[Tagged]) -> Cut:
     bounds, ids = np.asarray(raw.run_index).astype(np.int64) // 3, np.asarray(raw.run_original_id)
     for start, stop, number in zip(bounds[:-1], bounds[1:], ids):
         tag[start:stop] = numbers[int(number)]
-    return Cut(table[used, :3], faces.reshape(-1, 3), tag, table[corners, 3:5])
+    return TaggedMesh(table[used, :3], faces.reshape(-1, 3), tag, table[corners, 3:5])
 
 
 def _manifold(mesh: Tagged, numbers: dict[int, int]) -> Any:
@@ -268,7 +268,7 @@ class Regions:
     loops: Loops
 
 
-def regions_of(cut: Cut) -> Regions:
+def regions_of(cut: TaggedMesh) -> Regions:
     """Regions, chains and loops of a closed mesh. Raises DesignError where a region's border is no set of rings."""
     opposite = _opposite(cut.faces)
     owner = _connected(cut.tag, opposite)
@@ -299,7 +299,7 @@ def _connected(tag: Ints, opposite: Ints) -> Ints:
     return np.unique(joined(len(tag), a[inner], b[inner]), return_inverse=True)[1].astype(np.int64)
 
 
-def _chains(cut: Cut, owner: Ints, opposite: Ints, border: Ints) -> list[Chain]:
+def _chains(cut: TaggedMesh, owner: Ints, opposite: Ints, border: Ints) -> list[Chain]:
     start = cut.faces.ravel()
     end = cut.faces[:, [1, 2, 0]].ravel()
     once = border[border < opposite[border]]
@@ -337,7 +337,7 @@ def _chains(cut: Cut, owner: Ints, opposite: Ints, border: Ints) -> list[Chain]:
     return found
 
 
-def _chain(cut: Cut, owner: Ints, opposite: Ints, path: Ints) -> Chain:
+def _chain(cut: TaggedMesh, owner: Ints, opposite: Ints, path: Ints) -> Chain:
     start, end = cut.faces.ravel(), cut.faces[:, [1, 2, 0]].ravel()
     here, there = cut.values.reshape(-1, 2), cut.values[:, [1, 2, 0]].reshape(-1, 2)
     back = opposite[path]

@@ -32,7 +32,7 @@ ROUNDS = 12
 """of splitting edges"""
 
 
-class Source(Protocol):
+class BandSource(Protocol):
     """What bands have in common."""
 
     def prepare(self, angles: Sequence[Sequence[Floats]]) -> None:
@@ -58,7 +58,7 @@ class Band:
     even: bool = False
     sharp: bool = False
     seen: float = 1.0
-    source: Source | None = None
+    source: BandSource | None = None
     side: int = 0
 
     @property
@@ -174,7 +174,7 @@ class Asked:
 
 def points_of(bands: Sequence[Band], asked: Sequence[Asked]) -> list[Floats]:
     """Points (3, n, m) of bands; what a source has in common at all of them is made once."""
-    sources: dict[int, tuple[Source, dict[int, list[Floats]]]] = {}
+    sources: dict[int, tuple[BandSource, dict[int, list[Floats]]]] = {}
     for one in asked:
         band = bands[one.band]
         if band.source is not None:

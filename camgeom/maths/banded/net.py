@@ -10,7 +10,7 @@ import numpy as np
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.banded.facets import Asked, Band, Corners, Index, Mask, points_of
-from camgeom.maths.banded.plan import Plan
+from camgeom.maths.banded.plan import NetPlan
 from camgeom.maths.banded.strips import Strips, counted
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import dot
@@ -52,7 +52,7 @@ class Request:
 class Net:
     """Vertices and triangles of a plan. `a` places stand in `plan.phi`, `g` gaps between a column and the next one."""
 
-    plan: Plan
+    plan: NetPlan
 
     @cached_property
     def owner(self) -> Index:

@@ -44,7 +44,7 @@ LEANS = np.array([-0.5, -0.25, 0.0, 0.25, 0.5])
 
 
 @immutable
-class Forms:
+class CellForms:
     """Second forms of bands in cells of angle and of u, (b, n, ACROSS); L at both edges (2, b, n), least width (b, n),
     mm, and how sharply rows turn within the surface, mm/rad², (b, n)."""
 
@@ -105,7 +105,7 @@ def _root(a: Floats, b: Floats, c: Floats) -> Floats:
     return np.asarray(np.where((inside >= 0.0) & (low > 0.0), c / np.maximum(low, 1e-300), np.inf))
 
 
-def forms_of(bands: Sequence[Band], theta: Floats) -> Forms:
+def forms_of(bands: Sequence[Band], theta: Floats) -> CellForms:
     """The second forms of bands in the cells of angles theta (n + 1,)."""
     k = 2 * ACROSS + 1
     h = 0.5 * np.diff(theta)
@@ -128,7 +128,7 @@ def forms_of(bands: Sequence[Band], theta: Floats) -> Forms:
     middle = along[..., at]
     aside = cross(normal, middle)
     aside = np.abs(dot(aside, bent[..., at])) / np.maximum(np.sqrt(dot(middle, middle)), 1e-300) / square
-    return Forms(
+    return CellForms(
         dot(normal, bent[..., at]) / square, dot(normal, twist) * (ACROSS / (2.0 * step)),
         dot(normal, curl) * (4.0 * ACROSS**2),
         np.stack([dot(normal[..., end], bent[..., end]) / square[:, 0] for end in (0, -1)]),
@@ -137,7 +137,7 @@ def forms_of(bands: Sequence[Band], theta: Floats) -> Forms:
 
 
 @immutable
-class Plan:
+class NetPlan:
     """Where the vertices stand. Owners of angles are, by turns, the edges and the columns of the bands.
 
     theta   angles of the cells
@@ -160,7 +160,7 @@ class Plan:
     closed: bool
 
 
-def planned(bands: Sequence[Band], knots: Floats, closed: bool, beyond: Longest | None) -> Plan:
+def planned(bands: Sequence[Band], knots: Floats, closed: bool, beyond: Longest | None) -> NetPlan:
     """Rows block by block, and the angles of every edge and of every band's columns."""
     blocks = BLOCKS if beyond is None else BESIDE
     theta = subdivided_knots(knots, blocks * CELLS)
@@ -227,7 +227,7 @@ def _choice(most: int) -> Index:
 
 def _stretches(
     knots: Floats, theta: Floats, density: Floats, count: Index, tied: Mask, lean: Floats, closed: bool
-) -> Plan:
+) -> NetPlan:
     """The plan from steps per radian (2 b + 1, n) of all owners, rows (b, m) of every block, and which are tied."""
     n, m, many = density.shape[1], count.shape[1], len(density)
     ends = theta[::CELLS]
@@ -285,7 +285,7 @@ def _stretches(
     keys = phi + aside * np.repeat(np.arange(many), np.diff(begin))
     angle = np.stack([where[own], where[own + 1]], axis=1)
     low, high = (keys.searchsorted(angle + (aside * (owner[own] + k))[:, None]) for k in (-1, 1))
-    return Plan(
+    return NetPlan(
         theta, phi, begin, band, np.where(changes, 0, rows), tied[band, block], np.stack([low, column, high]), lean,
         closed,
     )

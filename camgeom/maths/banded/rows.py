@@ -10,7 +10,7 @@ from camgeom.errors import NotConverged
 from camgeom.maths import Floats
 from camgeom.maths.banded.facets import Band, Corners, Facets, Index, Mask, Measured, Shares, kept, sags
 from camgeom.maths.banded.net import Net, Request
-from camgeom.maths.banded.plan import Plan
+from camgeom.maths.banded.plan import NetPlan
 from camgeom.maths.sampling import MAX_CELLS, patch_sag
 from camgeom.maths.surface import cross, dot
 
@@ -18,7 +18,7 @@ CHUNK = 16384
 """cells measured at once: so many stay in the processor's cache"""
 
 
-def meshed(bands: Sequence[Band], plan: Plan, shares: Shares | None) -> Measured:
+def meshed(bands: Sequence[Band], plan: NetPlan, shares: Shares | None) -> Measured:
     """The facets of all rows and strips, measured."""
     net = Net(plan)
     cells = int(plan.rows[net.gaps[0]].sum())
@@ -51,7 +51,7 @@ def meshed(bands: Sequence[Band], plan: Plan, shares: Shares | None) -> Measured
     on_edge = np.flatnonzero(net.edge_links)
     told[:, link + on_edge] = told.take(half + strips.links[on_edge, 0] % len(plan.phi), axis=1)
     points = np.ascontiguousarray(told[:, :half])
-    grid = Cells(net, own, points, told, first)
+    grid = RegularCells(net, own, points, told, first)
     one = net.shrunk(bands, points)
     corner = np.concatenate([grid.corner, strips.number[strips.corner].astype(np.int32)])
     label = np.concatenate([np.repeat(plan.band[stretch][grid.gap], 2), strips.band[: len(strips.links)]])
@@ -77,7 +77,7 @@ def meshed(bands: Sequence[Band], plan: Plan, shares: Shares | None) -> Measured
     )  # fmt: skip
 
 
-class Cells:
+class RegularCells:
     """Regular cells of a net.
 
     corner  (2 c, 3) of their triangles; gap (c,): the place among `gaps` of the gap that each stands in

@@ -17,7 +17,7 @@ from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.optimal.bound import weigh
-from camgeom.motion.optimal.programme import Purse
+from camgeom.motion.optimal.programme import SearchPurse
 from camgeom.motion.optimal.search import Found, find
 from camgeom.motion.optimal.shape import Shape, moment_parts, residual_peaks
 from camgeom.motion.optimal.wish import ALL, EVEN, LIMITS, Task, Wish
@@ -159,7 +159,7 @@ def _tried(wish: Wish) -> Best | Impossible | str:
 
 def sought(wish: Wish) -> Best | Impossible:
     """What `best` keeps, computed. Raises NotConverged."""
-    purse = Purse()
+    purse = SearchPurse()
     even = wish.nearly_even
     found = None if even else find(Task.of(wish), None, purse)
     if found is None and (wish.given or wish.monotone):
@@ -185,7 +185,7 @@ def sought(wish: Wish) -> Best | Impossible:
     return Best(wish, shape, _measured(wish, shape)[name], max(found.bound, 0.0))
 
 
-def _impossible(wish: Wish, proof: Found, purse: Purse) -> Impossible:
+def _impossible(wish: Wish, proof: Found, purse: SearchPurse) -> Impossible:
     weights = weigh(Task.of(wish, ALL), proof.solved.shape, proof.solved.multipliers)
     shares = {name: getattr(weights, name) * getattr(wish, name) for name in wish.given}
     total = sum(shares.values())

@@ -95,7 +95,7 @@ class Solved:
     multipliers: Multipliers
 
 
-class Purse:
+class SearchPurse:
     """What the search for one law may cost: steps of the simplex method, each as dear as its programme has rows.
 
     Counted, not timed, so that the same requirement has the same answer on every machine.
@@ -243,7 +243,7 @@ class Programme:
             lower[:, -1] -= limit.slope
             self.velocity_below = rows.add(lower, np.full(len(block), limit.const + begun))
 
-    def solve(self, purse: Purse) -> Solved | None:
+    def solve(self, purse: SearchPurse) -> Solved | None:
         """The best shape and its multipliers; None where the rows leave none, or the solver finds none in its steps.
 
         Raises NotConverged on an empty purse.
@@ -260,7 +260,7 @@ class Programme:
         worth = -answer.ineqlin.marginals if len(self.side) else np.empty(0)
         return self.solved(answer.x, worth, answer.eqlin.marginals, float(answer.x[self.width - 1]))
 
-    def _answer(self, unit: float, steps: int, purse: Purse) -> Any:
+    def _answer(self, unit: float, steps: int, purse: SearchPurse) -> Any:
         """What the solver says, the moves in the unknowns counted in a unit, and given back without it."""
         from scipy.optimize import linprog
 

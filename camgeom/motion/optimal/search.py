@@ -10,7 +10,7 @@ import numpy.typing as npt
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.motion.optimal.bound import cruises, lower_bound
-from camgeom.motion.optimal.programme import CLOSEST, NO_CUTS, Cuts, Programme, Purse, Solved, stiffness
+from camgeom.motion.optimal.programme import CLOSEST, NO_CUTS, Cuts, Programme, SearchPurse, Solved, stiffness
 from camgeom.motion.optimal.shape import Shape, moment_parts, residual_peaks, values
 from camgeom.motion.optimal.wish import Task, Wish
 
@@ -86,12 +86,12 @@ def excess(task: Task, shape: Shape, value: float) -> tuple[float, tuple[Floats,
     return worst, (n, angle, places)
 
 
-def find(task: Task, begun: Shape | None = None, purse: Purse | None = None) -> Found | None:
+def find(task: Task, begun: Shape | None = None, purse: SearchPurse | None = None) -> Found | None:
     """The best shape; None where no mesh holds one that keeps the limits. A shape to begin with makes the mesh.
 
     Raises NotConverged where the purse, one of its own by default, is spent.
     """
-    purse = purse or Purse()
+    purse = purse or SearchPurse()
     x = _mesh(task.wish)
     mesh, cuts = Shape(x, np.zeros(len(x) - 1 + task.smooth)) if begun is None else refined(begun), NO_CUTS
     if mesh.smooth != task.smooth:
@@ -171,7 +171,7 @@ def _least_square(task: Task, mesh: Shape) -> Found | None:
     return best
 
 
-def _settled(task: Task, shape: Shape, value: float, cuts: Cuts, purse: Purse) -> tuple[Solved | None, Cuts]:
+def _settled(task: Task, shape: Shape, value: float, cuts: Cuts, purse: SearchPurse) -> tuple[Solved | None, Cuts]:
     """The shape whose breaks have moved to where they belong; None where they find no rest.
 
     Linear programmes one after the other (F. Palacios-Gomez et al., Management Science 28 (1982) 1106): a step counts
@@ -232,7 +232,9 @@ def cruising(shape: Shape) -> Shape:
     return divided(shape, counts)
 
 
-def _on_mesh(task: Task, mesh: Shape, cuts: Cuts, purse: Purse, exact: float = ROUGH) -> tuple[Solved | None, Cuts]:
+def _on_mesh(
+    task: Task, mesh: Shape, cuts: Cuts, purse: SearchPurse, exact: float = ROUGH
+) -> tuple[Solved | None, Cuts]:
     """The best shape on fixed breaks, near enough to its limits to show its build."""
     solved = None
     for _ in range(ROUNDS):

@@ -27,7 +27,7 @@ LOST = "This section cannot be computed"
 
 @final
 @dataclass(frozen=True, slots=True)
-class Entry:
+class SectionEntry:
     """A section: its key and title, and where its writer lives (`module:function` under this package)."""
 
     key: str
@@ -52,22 +52,22 @@ class Entry:
 
 
 SECTIONS = (
-    Entry("checks", "Checks", "judgement:check_table"),
-    Entry("design", "Design", "design:design"),
-    Entry("solid", "Mechanism in 3D", "mechanism:mechanism"),
-    Entry("motion", "Motion", "motion:motion"),
-    Entry("flank", "Flank geometry", "flank:flank"),
-    Entry("contact", "Contact and drive", "load:contact"),
-    Entry("fatigue", "Fatigue life", "life:life"),
-    Entry("followers", "Followers together", "followers:followers"),
-    Entry("body", "Stress in the body", "body:body"),
-    Entry("dynamics", "Dynamics", "dynamics:dynamics"),
-    Entry("cutter", "Cutter data", "cutter:cutter"),
-    Entry("tolerance", "Tolerances", "tolerance:tolerance"),
-    Entry("validation", "Validation", "record:validation"),
-    Entry("source", "The source, recomputed", "source:source"),
-    Entry("parameters", "Parameters", "record:parameters"),
-    Entry("cost", "What was computed", "record:cost"),
+    SectionEntry("checks", "Checks", "judgement:check_table"),
+    SectionEntry("design", "Design", "design:design"),
+    SectionEntry("solid", "Mechanism in 3D", "mechanism:mechanism"),
+    SectionEntry("motion", "Motion", "motion:motion"),
+    SectionEntry("flank", "Flank geometry", "flank:flank"),
+    SectionEntry("contact", "Contact and drive", "load:contact"),
+    SectionEntry("fatigue", "Fatigue life", "life:life"),
+    SectionEntry("followers", "Followers together", "followers:followers"),
+    SectionEntry("body", "Stress in the body", "body:body"),
+    SectionEntry("dynamics", "Dynamics", "dynamics:dynamics"),
+    SectionEntry("cutter", "Cutter data", "cutter:cutter"),
+    SectionEntry("tolerance", "Tolerances", "tolerance:tolerance"),
+    SectionEntry("validation", "Validation", "record:validation"),
+    SectionEntry("source", "The source, recomputed", "source:source"),
+    SectionEntry("parameters", "Parameters", "record:parameters"),
+    SectionEntry("cost", "What was computed", "record:cost"),
 )
 """The sections in their order; checks also give the verdict at the head of the page."""
 OWN = ("motion", "flank", "contact", "fatigue", "body", "dynamics")

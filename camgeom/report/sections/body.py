@@ -23,7 +23,7 @@ from camgeom.drawing.content import (
 
 if TYPE_CHECKING:
     from camgeom.body.cut import Cut
-    from camgeom.body.stress import Peak
+    from camgeom.body.stress import StressPeak
     from camgeom.model import Model
 
 CELLS = 160
@@ -64,7 +64,7 @@ def body(model: Model) -> tuple[Block, ...]:
     return tuple(blocks)
 
 
-def _coloured(cut: Cut, peak: Peak) -> Map:
+def _coloured(cut: Cut, peak: StressPeak) -> Map:
     """Stress over the section beside the peak, as far round it as the groove is deep."""
     z, r = cut.place(peak.point)
     along, out, values = cut.window(z, r, cut.depth, CELLS)

@@ -28,14 +28,14 @@ from camgeom.maths import Floats
 
 if TYPE_CHECKING:
     from camgeom.dynamics.impact.run import ImpactRun
-    from camgeom.dynamics.impact.study import Sensitivity, Statistic, StudyRow
+    from camgeom.dynamics.impact.study import StartSensitivity, Statistic, StudyRow
     from camgeom.model import Model
 
 MOST_ROWS = 24
 """impacts listed one by one"""
 
 
-def reproduced(found: Sensitivity) -> Text:
+def reproduced(found: StartSensitivity) -> Text:
     """How far the turns of a motion with impacts can be reproduced."""
     from camgeom.dynamics.impact.study import DISTURBANCE
 

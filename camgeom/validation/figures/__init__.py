@@ -17,7 +17,7 @@ from camgeom.validation.entry import Source
 
 @final
 @immutable(eq=True)
-class Figure:
+class SourceFigure:
     """A figure of a source: its number, and what draws it."""
 
     place: str
@@ -28,9 +28,9 @@ PLACES = {"S1": "pin_insertion", "S2": "pressing", "S4": "indexing", "S5": "conj
 """the rooms of this package by source; S3 has sketches alone"""
 
 
-def figures(source: Source) -> tuple[Figure, ...]:
+def figures(source: Source) -> tuple[SourceFigure, ...]:
     """The figures of a source, none of one that has no curves."""
     if source.short not in PLACES:
         return ()
-    found: tuple[Figure, ...] = import_module(f"{__name__}.{PLACES[source.short]}").FIGURES
+    found: tuple[SourceFigure, ...] = import_module(f"{__name__}.{PLACES[source.short]}").FIGURES
     return found

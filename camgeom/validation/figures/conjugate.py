@@ -13,7 +13,7 @@ from camgeom.drawing.content import CAM_ANGLE, Axis, Block, Chart, Mark, Panel, 
 from camgeom.dynamics.impact.run import ImpactRun
 from camgeom.maths import Floats
 from camgeom.validation.conjugate import CONTACTS, LINE, fixed, impact_run, peak
-from camgeom.validation.figures import Figure
+from camgeom.validation.figures import SourceFigure
 
 LAWS = ("3-4-5", "modified-trapezoid")
 CLEARANCES = (0.01, 0.1, 1.0)
@@ -139,12 +139,12 @@ def fixed_steps() -> tuple[Block, ...]:
 
 
 FIGURES = (
-    Figure("Fig. 10", fixed_steps),
-    Figure("Fig. 11", motion),
-    Figure("Fig. 12", forces),
-    Figure("Fig. 13", clearances),
-    Figure("Fig. 14", growth),
-    Figure("Fig. 15", laws),
-    Figure("Fig. 16", laws_with_clearance),
-    Figure("Phase portrait", portrait),
+    SourceFigure("Fig. 10", fixed_steps),
+    SourceFigure("Fig. 11", motion),
+    SourceFigure("Fig. 12", forces),
+    SourceFigure("Fig. 13", clearances),
+    SourceFigure("Fig. 14", growth),
+    SourceFigure("Fig. 15", laws),
+    SourceFigure("Fig. 16", laws_with_clearance),
+    SourceFigure("Phase portrait", portrait),
 )

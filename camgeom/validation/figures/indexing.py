@@ -11,7 +11,7 @@ from camgeom.drawing.sheet import number
 from camgeom.dynamics.indexing.drive import squared_frequencies
 from camgeom.dynamics.indexing.system import DriveResponse
 from camgeom.maths import Floats
-from camgeom.validation.figures import Figure
+from camgeom.validation.figures import SourceFigure
 from camgeom.validation.indexing import LAW_NAMES, LOWEST, RPM, drive_study, torsion
 
 SPEEDS = (200.0, 655.64, 1639.10)
@@ -93,4 +93,4 @@ def peaks() -> tuple[Block, ...]:
                   (panel,)),)  # fmt: skip
 
 
-FIGURES = (Figure("Fig. 5", frequencies), Figure("Fig. 6", accelerations), Figure("Fig. 7", peaks))
+FIGURES = (SourceFigure("Fig. 5", frequencies), SourceFigure("Fig. 6", accelerations), SourceFigure("Fig. 7", peaks))

@@ -15,7 +15,7 @@ from camgeom.drawing.sheet import number
 from camgeom.maths import Floats
 from camgeom.maths.panels import Panels
 from camgeom.mechanics.groove import groove_contact
-from camgeom.validation.figures import Figure
+from camgeom.validation.figures import SourceFigure
 from camgeom.validation.machine import machine
 from camgeom.validation.pin_insertion import AS_PRINTED, LIFE, NAME, Change, drum, lives, long, smallest_drum
 
@@ -138,14 +138,16 @@ def _fast(speed: float) -> tuple[Change, ...]:
 
 
 FIGURES = (
-    Figure("Fig. 5", motion),
-    Figure("Figs. 2, 3", loads),
-    Figure("Fig. 6", pressure),
-    Figure("Fig. 7", partial(life, "Fig. 7", Axis("Drum diameter, its pitch radius the half", "mm", 50.0, 140.0),
+    SourceFigure("Fig. 5", motion),
+    SourceFigure("Figs. 2, 3", loads),
+    SourceFigure("Fig. 6", pressure),
+    SourceFigure("Fig. 7", partial(life, "Fig. 7", Axis("Drum diameter, its pitch radius the half", "mm", 50.0, 140.0),
                              tuple(np.linspace(50.0, 140.0, 19).tolist()), drum, ((50.0, 22510.0), (140.0, 191341.0)),
                              _no_groove)),
-    Figure("Fig. 8", partial(life, "Fig. 8", Axis("Contact length", "mm"), tuple(np.linspace(5.0, 15.0, 11).tolist()),
+    SourceFigure("Fig. 8", partial(life, "Fig. 8", Axis("Contact length", "mm"),
+                             tuple(np.linspace(5.0, 15.0, 11).tolist()),
                              long, ((5.0, 12919.0), (12.0, 178588.0), (15.0, 348804.0)))),
-    Figure("Fig. 9", partial(life, "Fig. 9", Axis("Cam speed", "r/min"), tuple(np.linspace(600.0, 1300.0, 15).tolist()),
+    SourceFigure("Fig. 9", partial(life, "Fig. 9", Axis("Cam speed", "r/min"),
+                             tuple(np.linspace(600.0, 1300.0, 15).tolist()),
                              _fast, ((600.0, 178588.0), (1300.0, 801.0)))),
 )  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 
 from camgeom.drawing.content import Axis, Block, Chart, Mark, Panel, Polar, Series
 from camgeom.maths import Floats
-from camgeom.validation.figures import Figure
+from camgeom.validation.figures import SourceFigure
 from camgeom.validation.machine import machine
 from camgeom.validation.pressing import NAME
 
@@ -63,4 +63,4 @@ def simulated() -> tuple[Block, ...]:
     return (Chart("Fig. 5: motion of the frame simulated with contact", TIME, panels),)
 
 
-FIGURES = (Figure("Fig. 3", profile), Figure("Fig. 4", theory), Figure("Fig. 5", simulated))
+FIGURES = (SourceFigure("Fig. 3", profile), SourceFigure("Fig. 4", theory), SourceFigure("Fig. 5", simulated))
