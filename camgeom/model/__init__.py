@@ -26,7 +26,6 @@ from camgeom.model.arrays import MotionArrays
 from camgeom.model.body import Body, MassProperties
 from camgeom.model.facts import TWIN, Ledger, Observer, Sealed, fact
 from camgeom.profile import Profile, Readable, given
-from camgeom.solid import UNION
 from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.track import TURN, Track
 from camgeom.track.follower import Setup
@@ -68,9 +67,6 @@ if TYPE_CHECKING:
 
 ALIKE = 1e-6
 """share by which the pressures of two rollers may differ that are pressed alike: what their solution leaves open"""
-RIM = 1e-9
-"""mm beside a plate's rim within which its wall is the rim"""
-
 MEAN = "hot spots of the counted turns"
 HARDEST = "every turn as the hardest counted one"
 
@@ -89,11 +85,6 @@ TELLERS: list[Callable[[Model], str]] = []
 """what layers above add to the line that shows a model, such as its verdict where it was judged"""
 PAINTERS: list[Callable[[Model], str]] = []
 """how a layer above shows a model in a notebook, as HTML; the first is asked"""
-
-SAG = 1.01
-"""of the chord error, to which a facet may stand off: it is measured by a quadratic patch and one normal a cell, which
-on coarse meshes of cones is 0.4 % less than the least distance of a facet's middle"""
-
 
 @final
 class Model(Sealed):
@@ -392,18 +383,10 @@ class Model(Sealed):
         return self.clearances_with(0.0)
 
     def clearances_with(self, grow: float) -> tuple[Clearance, ...]:
-        """The same with followers larger by `grow` mm (normal).
+        """The same with followers larger by `grow` mm (normal)."""
+        from camgeom.model.finished import clearances
 
-        On a straight flank a crowned roller counts as the cylinder of its crest, which touches wherever vertices are.
-        """
-        from camgeom.track.clearance import edge_clearance, least_beside, least_clearance
-
-        passages = tuple(map(self.mechanism.cutting, self.passages))
-        found = [least_clearance(track, *self._surface_points(track), grow) for track in passages]
-        edges = [edge_clearance(track, tool, grow) for track, tool in zip(passages, self.cutters) if tool.root]
-        found = [min(pair, key=lambda one: one.value) for pair in zip(found, edges)] if edges else found
-        found += [least_beside(slider, *self._surface_points(None), grow) for slider in self.mechanism.sliders]
-        return tuple(found)
+        return clearances(self, grow)
 
     @property
     def envelope(self) -> tuple[float, float]:
@@ -413,77 +396,10 @@ class Model(Sealed):
 
     @fact
     def backlash(self) -> tuple[Clearance, ...]:
-        """The largest distance at which the follower passes a point of each body's flank, mm: what is cut too deep.
+        """The largest distance at which the follower passes a point of each body's flank, mm: what is cut too deep."""
+        from camgeom.model.finished import backlash
 
-        Less the chord error where a point may stand off the true surface by as much. The rim of a plate between the
-        flanks of its rollers is no flank; the union of rollers has none.
-        """
-        from camgeom.track.clearance import facet_points, largest_gap, wall_ends
-
-        turret, outside = self.mechanism.turret, self.mechanism.outside_diameter
-        plates = turret is not None and not turret.rib_depths
-        # A straight flank falls away from the crown beside its crest. A track with more room than the first one is
-        # passed by a roller that counts as so much larger.
-        asked = self.mechanism.allowed_backlash
-        passages = {one: tuple(one.mechanism.cutting(track).grown(one.mechanism.allowed_backlash - asked)
-                               for track in one.passages) for one in self.grooves}  # fmt: skip
-        every = tuple(track for each in passages.values() for track in each)
-        sliders = tuple(slider for one in self.grooves for slider in one.mechanism.sliders)
-        gaps = []
-        for solid in self.solids:
-            flank = solid.mesh.group_vertices("flank")
-            if plates and outside is not None:
-                flank &= np.hypot(*solid.mesh.vertices[:, :2].T) < 0.5 * outside - RIM
-            if flank.any() and solid.method != UNION:
-                middle = float(solid.mesh.vertices[:, 2].mean())
-                points, slack = list[Floats](), list[Floats]()
-                for one, own in passages.items():
-                    # Of a pair each disc has its own roller, of several tracks on a disc each its own wall.
-                    beside = min(own, key=lambda track: abs(0.5 * sum(track.contact) - middle), default=None)
-                    on, wall = flank, one.mechanism.wall
-                    if len(passages) > 1 and wall is not None:
-                        off = [np.abs(end - to) for end, to in zip(wall_ends(solid.mesh), wall)]
-                        on = flank & (np.maximum(*off) < RIM)
-                    elif points:
-                        break
-                    vertices = self._vertices(solid, beside)
-                    middles = facet_points(solid.mesh, vertices, on, inner=solid.free_error is not None)
-                    points += [vertices[on], middles]
-                    slack += [solid.cut_errors[on], np.full(len(middles), self._flank_slack(solid))]
-                gaps.append(largest_gap(every, sliders, np.concatenate(points), np.concatenate(slack)))
-        return tuple(gaps)
-
-    def _flank_slack(self, solid: Solid) -> float:
-        """By how much the middle of a flank's facet may stand off its true surface, mm.
-
-        Beside coarser faces a flank's cells are as long as it alone allows. For them that patch is short by up to 5 %
-        of the tolerance (some 200 random designs), so that the tolerance is what counts.
-        """
-        return max(SAG * solid.chord_error, 0.0 if solid.free_error is None else self.tolerance)
-
-    def _vertices(self, solid: Solid, track: Track | None) -> Floats:
-        """Vertices (v, 3) of a body; of the wall of a disc or plate, which has them at its ends, beside the roller."""
-        from camgeom.track.clearance import wall_points
-
-        if track is None or (self.planar is None and self.mechanism.carriage is None):
-            return solid.mesh.vertices
-        return wall_points(solid.mesh, 0.5 * sum(track.contact))
-
-    def _surface_points(self, track: Track | None) -> tuple[Floats, Floats]:
-        """Points of all bodies, and by how much each may stand inside the true surface, mm.
-
-        Vertices lie on it, but for those where a facet was cut; middles of facets and floors by the chord error.
-        """
-        from camgeom.track.clearance import facet_points, floor_points
-
-        points, slack = [], []
-        for solid in self.solids:
-            vertices = self._vertices(solid, track)
-            floors, flanks = floor_points(solid.mesh), facet_points(solid.mesh, vertices)
-            points += [vertices, floors, flanks]
-            off = (len(floors), SAG * solid.largest_error), (len(flanks), self._flank_slack(solid))
-            slack += [solid.cut_errors, *(np.full(*each) for each in off)]
-        return np.concatenate(points), np.concatenate(slack)
+        return backlash(self)
 
     @fact
     def planar(self) -> Planar | None:
@@ -545,27 +461,9 @@ class Model(Sealed):
     @fact
     def root_stress(self) -> RootStress | None:
         """Stress at a wall's root, or in a frame's plate, under its duty; None without these or without [operation]."""
-        if self.profile.duty:
-            return self.hardest_state.root_stress
-        angle = self.profile.output.load_angle_deg
-        at = None if angle is None else (radians(angle) - self.angle) % TURN
-        if self.mechanism.frame is not None and self.drive is not None:
-            from camgeom.body.frame_stress import FrameBending
-            from camgeom.body.stress import RootStress
+        from camgeom.model.loaded import root_stress
 
-            return RootStress(FrameBending(self.mechanism.frame, self.drive, self.profile.material.roller, at))
-        if not self.duties or self.mechanism.bore is None:
-            return None
-        from camgeom.body.bending import bending_of
-        from camgeom.body.stress import PressedRing, RootStress
-
-        several = self.grooves
-        body = bending_of(self.parts[0], self.cutters, [one.cutters for one in several], self.groove)
-        if body is None:
-            return None
-        for one in several:
-            one.refuse_folded()
-        return RootStress(PressedRing(body, self.duties, self.profile.material.cam, at))
+        return root_stress(self)
 
     @fact
     def volume(self) -> Volume:
@@ -573,22 +471,9 @@ class Model(Sealed):
 
         Raises DesignError where the body cannot be meshed or nothing presses it, ProfileError without [operation].
         """
-        from camgeom.body.volume import LoadedTrack, PressedBy, grooved_volume, volume_of
-        from camgeom.model.loads import operation_of
+        from camgeom.model.loaded import volume
 
-        if self.profile.duty:
-            return self.hardest_state.volume
-        operation_of(self.profile, "the load of a volume file")
-        together = tuple({one.groove: one for one in reversed(self.at_once)}.values())[::-1]
-        for one in together:
-            one.refuse_folded()
-        angle, shared = self.profile.output.load_angle_deg, self.mechanism.drive is Drive.SHARED
-        at, material = None if angle is None else radians(angle), self.profile.material.cam
-        if len(together) > 1:
-            tracks = [LoadedTrack(one.cutters, one.duties, one.angle) for one in together]
-            return grooved_volume(self.parts[0], tracks, material, at)
-        pressing = PressedBy(turret=self.turret_duty) if shared else PressedBy(self.duties, self.drive)
-        return volume_of(self.parts, self.cutters, pressing, material, at, lambda: self.solid.mesh)
+        return volume(self)
 
     @fact
     def frame_volume(self) -> Volume:
@@ -596,17 +481,9 @@ class Model(Sealed):
 
         Raises DesignError where the frame is no part or nothing presses it, ProfileError without [operation].
         """
-        from camgeom.body.frame_stress import frame_volume
-        from camgeom.model.loads import operation_of
+        from camgeom.model.loaded import frame_volume
 
-        if self.profile.duty:
-            return self.hardest_state.frame_volume
-        operation_of(self.profile, "the load of a volume file")
-        plate, angle = self.mechanism.frame, self.profile.output.load_angle_deg
-        if plate is None or self.drive is None:
-            raise DesignError("the follower is no frame with a plate")
-        material = self.profile.material.roller
-        return frame_volume(plate, self.drive, material, None if angle is None else radians(angle))
+        return frame_volume(self)
 
     @fact
     def below(self) -> Below | None:
@@ -614,16 +491,9 @@ class Model(Sealed):
 
         Raises DesignError where it is pressed by nothing, or cannot be meshed.
         """
-        spec = self.profile.dynamics_spec
-        if spec is None or not spec.body_compliance:
-            return None
-        from camgeom.body.compliance import below_rollers, below_turret
+        from camgeom.model.loaded import below
 
-        self.refuse_folded()
-        if self.turret_duty is not None:
-            return below_turret(self.parts, self.turret_duty, lambda: self.solid.mesh)
-        duties = [self.duty, *(one for one in self.duties if one is not self.duty)]
-        return below_rollers(self.parts[0], self.cutters, duties, self.drive, lambda: self.solid.mesh)
+        return below(self)
 
     @fact
     def turret_duty(self) -> TurretDuty | None:
