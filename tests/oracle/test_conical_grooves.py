@@ -19,7 +19,7 @@ from camgeom.export.step.check import check_solid
 from camgeom.export.step.solids import grooved_plate_solid
 from camgeom.model import Model
 from camgeom.report.result import compute
-from camgeom.track.outline import Measured, ParallelOutline, RollerOutline
+from camgeom.track.outline import OutlineIntegrals, ParallelOutline, RollerOutline
 from tests.places import ROOT
 from tests.reference.profiles import built, data_of, model, said
 
@@ -102,7 +102,7 @@ def test_figures_scale_with_size_and_a_mirrored_machine_has_the_same() -> None:
 
 def leaning_volume(outline: Any, low: float, high: float) -> float:
     """Simpson's rule over three heights, exact for an area whose outline moves evenly along its normal."""
-    ends = [Measured(at).properties.area for at in outline]
+    ends = [OutlineIntegrals(at).properties.area for at in outline]
     return (high - low) / 6.0 * (ends[0] + 4.0 * ends[1] + ends[2])
 
 
