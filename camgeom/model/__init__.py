@@ -383,7 +383,10 @@ class Model(Sealed):
         return self.clearances_with(0.0)
 
     def clearances_with(self, grow: float) -> tuple[Clearance, ...]:
-        """The same with followers larger by `grow` mm (normal)."""
+        """The same with followers larger by `grow` mm (normal).
+
+        On a straight flank a crowned roller counts as the cylinder of its crest, which touches wherever vertices are.
+        """
         from camgeom.model.finished import clearances
 
         return clearances(self, grow)

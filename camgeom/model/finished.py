@@ -33,10 +33,7 @@ on coarse meshes of cones is 0.4 % less than the least distance of a facet's mid
 
 
 def clearances(model: Model, grow: float) -> tuple[Clearance, ...]:
-    """Least distance between every roller, face or edge, larger by `grow` mm (normal), and the mesh over the turn.
-
-    On a straight flank a crowned roller counts as the cylinder of its crest, which touches wherever vertices are.
-    """
+    """Least distance between every roller, face or edge, larger by `grow` mm (normal), and the mesh over the turn."""
     passages = tuple(map(model.mechanism.cutting, model.passages))
     found = [least_clearance(track, *_surface_points(model, track), grow) for track in passages]
     edges = [edge_clearance(track, tool, grow) for track, tool in zip(passages, model.cutters) if tool.root]
