@@ -189,7 +189,7 @@ def known(model: Model, nominal: float, *peaks: float) -> Model:
     count = len(body.theta)
     vars(body).update(places=(np.full((2, 5, count), nominal), ["", "", "", "", ""]))
     vars(found).update(nominal=np.full(count, nominal),
-                       peaks=tuple(frame_stress.Peak(value, np.zeros(3), 9) for value in peaks))  # fmt: skip
+                       peaks=tuple(frame_stress.StressPeak(value, np.zeros(3), 9) for value in peaks))  # fmt: skip
     return model
 
 

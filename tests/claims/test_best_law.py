@@ -404,7 +404,7 @@ def test_a_search_that_costs_too_much_is_refused_by_its_count_and_not_tried_agai
             made.append(1)
             super().__init__(spent // 10)
 
-    monkeypatch.setattr("camgeom.motion.optimal.best.Purse", Small)
+    monkeypatch.setattr("camgeom.motion.optimal.best.SearchPurse", Small)
     head = (PROFILES / "disc_offset_roller.toml").read_text().partition("[[motion]]")[0]
     law = 'law = "optimal"\nminimise = "jerk"\nvelocity_limit = 1.613'
     motion = f"[[motion]]\nuntil = 180\nto = 12\n{law}\n[[motion]]\nuntil = 360\nto = 0\n{law}\n"
