@@ -9,6 +9,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from camgeom.version import __version__ as __version__
+
 if TYPE_CHECKING:
     from camgeom.checks import findings as check
     from camgeom.errors import (
@@ -22,9 +24,8 @@ if TYPE_CHECKING:
     )
     from camgeom.motion import LAWS, Claims, Parameter, Piece
     from camgeom.motion.law import law
-    from camgeom.report.files import write
+    from camgeom.report.files import encode, to_build123d, write
     from camgeom.seat import Model, read
-    from camgeom.seat.files import encode, to_build123d
     from camgeom.seat.variants import study
 
 __all__ = [
@@ -49,15 +50,13 @@ __all__ = [
     "write",
 ]
 
-__version__ = "0.1.0"
-
 _HOME = {
     "read": "camgeom.seat",
     "Model": "camgeom.seat",
     "check": "camgeom.checks:findings",
     "write": "camgeom.report.files",
-    "encode": "camgeom.seat.files",
-    "to_build123d": "camgeom.seat.files",
+    "encode": "camgeom.report.files",
+    "to_build123d": "camgeom.report.files",
     "study": "camgeom.seat.variants",
     "LAWS": "camgeom.motion",
     "law": "camgeom.motion.law",

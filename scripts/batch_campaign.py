@@ -44,9 +44,9 @@ class Found:
 
 def exact_row(data: Data, values: Mapping[str, float]) -> tuple[dict[str, Any], str]:
     """Figures of the exact study of one variant, and its reason."""
-    from camgeom.design import light_checks
+    from camgeom.checks import light_checks
     from camgeom.design.study import Study, axis, replaced
-    from camgeom.seat.variants import STUDIED, measure
+    from camgeom.report.measured import STUDIED, measure
 
     axes = [axis(f"{key}={value!r}") for key, value in values.items()]
     for one in axes[1:]:

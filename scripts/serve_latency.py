@@ -39,7 +39,7 @@ def main() -> int:
 
 def _round(path: Path, number: int) -> dict[str, tuple[float, float]]:
     """Processor time and wall clock, ms, from the request to every stage."""
-    from camgeom.seat.server import HOST, Server
+    from camgeom.report.server import HOST, Server
 
     with Server(path) as server:
         Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()

@@ -245,6 +245,11 @@ def checks(model: Model | None = None) -> dict[str, Check]:
     return dict(sorted(_REGISTRY.items()))
 
 
+def light_checks() -> tuple[str, ...]:
+    """Names of the checks that need no solid."""
+    return tuple(name for name, one in checks().items() if "solid" not in one.needs)
+
+
 def applies(entry: Check, model: Model) -> bool:
     """Whether a check has something to say of a model, also where it could only say what is missing."""
     return any(all(NEEDS[need](binding) is not False for need in entry.needs) for binding in model.bindings)

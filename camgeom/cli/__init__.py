@@ -17,6 +17,7 @@ from typing import NoReturn, TextIO
 
 from camgeom.errors import CamgeomError, visible
 from camgeom.immutable import immutable
+from camgeom.version import __version__
 
 EPILOG = "exit status: 0 good; 1 the design fails a check; 2 bad input or usage; 3 a numerical method or a file failed"
 
@@ -146,8 +147,6 @@ def _plainer(message: str) -> str:
 
 def parser(chosen: str | None = None) -> argparse.ArgumentParser:
     """The argument parser; where a command is chosen, with that one alone."""
-    from camgeom import __version__
-
     top = _Parser(prog="camgeom", description="Exact cam geometry from one profile.", epilog=EPILOG, allow_abbrev=False)
     top.add_argument("--version", action="version", version=f"camgeom {__version__}")
     below = top.add_subparsers(metavar="COMMAND", dest="command", required=True, parser_class=_Parser)

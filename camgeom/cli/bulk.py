@@ -18,7 +18,6 @@ from camgeom.cli import Console
 from camgeom.cli.model import output_folder, refuse_unwritable
 from camgeom.cli.study import SHOWN, summary, write_page
 from camgeom.cli.study_page import MOST_ROWS
-from camgeom.design import light_checks
 from camgeom.design.bulk import Bulk
 from camgeom.design.engine import Alone, Cluster, Engine, Pace
 from camgeom.design.parts import Parts, pyarrow, read_rows
@@ -174,7 +173,7 @@ def _row(study: Study, record: Mapping[str, Any]) -> Row:
 
 def _not_judged(bulk: Bulk) -> list[str]:
     """Names of the checks that apply to the profile and that the figures of the batch do not decide."""
-    from camgeom.checks import applies, checks
+    from camgeom.checks import applies, checks, light_checks
     from camgeom.model import Model
     from camgeom.profile import from_data
 

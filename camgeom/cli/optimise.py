@@ -33,8 +33,8 @@ from camgeom.design.requirement import Aim, Bound, Requirement, figure_name, fre
 from camgeom.design.sampling import tie
 from camgeom.design.study import Row
 from camgeom.errors import Problem, ProfileError
+from camgeom.report.measured import STUDIED, measure
 from camgeom.report.result import compute
-from camgeom.seat.variants import STUDIED, measure
 
 if TYPE_CHECKING:
     from camgeom.profile import Profile
@@ -120,7 +120,7 @@ def _count(text: str | None, key: str, low: int, high: int) -> int | None:
 
 def _own(profile: Profile, words: Sequence[str]) -> tuple[Row, list[dict[str, Any]], list[str]]:
     """The profile's own figures, findings, and the names of all figures; the costly ones where a word asks for one."""
-    from camgeom.design import light_checks
+    from camgeom.checks import light_checks
     from camgeom.design.batch import offered
     from camgeom.model import Model
 

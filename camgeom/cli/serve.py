@@ -13,7 +13,7 @@ from camgeom.profile import STDIN
 
 def run(arguments: argparse.Namespace, console: Console) -> int:
     """Serve the page until Ctrl-C; returns 0. Raises ProfileError where the file cannot be read."""
-    from camgeom.seat.server import HOST, Server
+    from camgeom.report.server import HOST, Server
 
     port = _port(arguments.port)
     path = Path(arguments.profile)

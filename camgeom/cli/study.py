@@ -21,11 +21,11 @@ from camgeom.design.bulk import Bulk
 from camgeom.design.engine import Cluster, Engine, Pace, local
 from camgeom.design.parts import Parts, read_rows
 from camgeom.design.sampling import DRAWN, Plan, sample, tie
-from camgeom.design.study import Row, Study, axis
+from camgeom.design.study import Row, Study, axis, columns, refuse_unsolved
 from camgeom.errors import Problem, ProfileError
 from camgeom.report.delivery import finite
+from camgeom.report.measured import asked, measure
 from camgeom.report.result import PRODUCTS
-from camgeom.seat.variants import asked, columns, measure, refuse_unsolved
 
 SHOWN = 20
 """rows shown on the terminal; the CSV file has all"""
@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     method, count, seed = sample(arguments.sample)
     axes = tuple(axis(text, method in DRAWN) for text in arguments.vary)
     figures = tuple(names(arguments.figures, "--figures") or ())
-    products, checks = asked(only, data, axes, figures)
+    products, checks = asked(only, data, {one.path[0] for one in axes}, figures)
     if left := {"exports", "report"} & set(products):
         allowed = ", ".join(name for name in PRODUCTS if name not in left)
         raise UsageError(f"--only: a study writes no {' and no '.join(sorted(left))}; allowed: {allowed}")

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from camgeom import __version__
 from camgeom.cli import Console, UsageError
 from camgeom.cli.model import refuse_nameless, refuse_unwritable
 from camgeom.cli.tables import aligned
+from camgeom.version import __version__
 
 if TYPE_CHECKING:
     from camgeom.drawing.content import Block

@@ -26,10 +26,3 @@ class Design:
     text: str
     choices: tuple[Choice, ...]
     findings: tuple[Finding, ...]
-
-
-def light_checks() -> tuple[str, ...]:
-    """The checks that need no solid."""
-    from camgeom.checks import checks
-
-    return tuple(name for name, one in checks().items() if "solid" not in one.needs)

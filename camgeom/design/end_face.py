@@ -8,8 +8,8 @@ from math import ceil, degrees
 import numpy as np
 
 from camgeom.cams.end_face import EndFace
-from camgeom.checks import findings
-from camgeom.design import Choice, Design, light_checks
+from camgeom.checks import findings, light_checks
+from camgeom.design import Choice, Design
 from camgeom.design.planar import (
     STEP,
     UNBUILDABLE,

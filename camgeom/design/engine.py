@@ -24,6 +24,7 @@ from typing import Any, Protocol, TypeVar, final
 from camgeom.errors import CamgeomError, Problem, ProfileError
 from camgeom.immutable import immutable
 from camgeom.motion.own import begin_worker, cores, load_copies, loaded_copies, loaded_files
+from camgeom.version import __version__
 
 R = TypeVar("R")
 
@@ -153,8 +154,6 @@ class Cluster:
     def run(self, work: Callable[[range], R], pieces: Iterable[range]) -> Iterator[tuple[range, R | None]]:
         """Raises CamgeomError where the scheduler cannot be reached, is lost, or has no workers that could do it."""
         dask = _distributed()
-        from camgeom import __version__
-
         job = partial(_there, __version__, loaded_copies(), work)
         coming, running = iter(pieces), dict[str, range]()
         ready: SimpleQueue[Any] = SimpleQueue()
@@ -223,8 +222,6 @@ def _distributed() -> Any:
 
 def _there(version: str, laws: tuple[tuple[str, bytes], ...], work: Callable[[range], R], piece: range) -> R:
     """One piece on a worker of another machine, which must be of the same version and know the same laws."""
-    from camgeom import __version__
-
     if version != __version__:
         raise CamgeomError(f"a worker has camgeom {__version__}, this machine {version}; install the same version")
     try:

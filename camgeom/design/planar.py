@@ -15,8 +15,8 @@ import numpy as np
 
 from camgeom.cams.conjugate import Conjugate
 from camgeom.cams.disc import Disc
-from camgeom.checks import findings, judge
-from camgeom.design import Choice, Design, light_checks
+from camgeom.checks import findings, judge, light_checks
+from camgeom.design import Choice, Design
 from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats

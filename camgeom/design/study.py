@@ -7,7 +7,7 @@ last axis fastest, whatever order the workers of an engine finish in.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from hashlib import sha256
@@ -25,6 +25,7 @@ from camgeom.motion.own import loaded_copies
 from camgeom.profile import text as text_module
 from camgeom.profile.text import MAX_TABLE_BYTES, beside
 from camgeom.reading import read_bytes
+from camgeom.version import __version__
 
 if TYPE_CHECKING:
     from camgeom.design.sampling import Plan, Tie
@@ -233,8 +234,6 @@ class Study:
 
     def described(self) -> dict[str, Any]:
         """All that its rows rest on but what is measured, as plain data: the profile, the variants, files of others."""
-        from camgeom import __version__
-
         copies = (*self.copies(), *loaded_copies())
         return {
             "camgeom": __version__,
@@ -317,6 +316,38 @@ def _piece(study: Study, copies: tuple[tuple[str, bytes], ...], piece: range) ->
             place.parent.mkdir(parents=True, exist_ok=True)
             place.write_bytes(content)
         return replace(study, file=str(Path(folder, Path(study.file).name))).computed(piece)
+
+
+OVERRIDDEN: dict[tuple[str | int, ...], str] = {
+    ("operation", "speed"): "speed", ("lubricant", "temperature"): "temperature",
+}  # fmt: skip
+"""keys that a profile needs, and that of a state which stands in their place"""
+
+
+def refuse_unsolved(data: dict[str, Any], axes: Sequence[Axis]) -> None:
+    """Raise ProfileError for keys whose rows would be equal: of a solver's table that the profile does not have, and
+    those in whose place every operating state has its own."""
+    for one in axes:
+        table = one.path[0]
+        if table in ("dynamics", "impact") and table not in data:
+            text = f"the profile has no [{table}] table, so nothing is solved that this key changes"
+            hint = f"give the profile an [{table}] table first (camgeom schema lists its keys)"
+            raise ProfileError([Problem(f"--vary {one.key}", text, None, "", hint)])
+        states, own = data.get("duty") or (), OVERRIDDEN.get(tuple(one.path))
+        if own and states and all(isinstance(state, Mapping) and own in state for state in states):
+            text = f"every state of [[duty]] has a {own} of its own, so nothing hangs on this key"
+            raise ProfileError([Problem(f"--vary {one.key}", text, None, "", f"vary duty[0].{own}")])
+
+
+def columns(study: Study, rows: Sequence[Row]) -> dict[str, list[Any]]:
+    """The rows by columns; a varied key is of words in every row where it is in one."""
+    figures = dict.fromkeys(key for row in rows for key in row.figures)
+    found: dict[str, list[Any]] = {}
+    for i, one in enumerate(study.varied):
+        words = any(isinstance(row.values[i], str) for row in rows)
+        found[one.key] = [str(row.values[i]) if words else row.values[i] for row in rows]
+    found |= {key: [row.figures.get(key) for row in rows] for key in figures}
+    return {**found, "verdict": [row.verdict for row in rows], "reason": [row.reason for row in rows]}
 
 
 def _under(data: Any, key: str) -> Iterator[Any]:

@@ -34,6 +34,7 @@ from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import bracketed_maximum, piece_grid
 from camgeom.maths.panels import TURN
 from camgeom.maths.sampling import subdivided
+from camgeom.version import __version__
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -281,8 +282,6 @@ def _add(parent: ET.Element, path: str, **attributes: str) -> ET.Element:
 
 
 def _project(title: str, tables: Sequence[MasterTable]) -> ET.Element:
-    from camgeom import __version__
-
     now = moment()[0].strftime("%Y-%m-%dT%H:%M:%S")
     root = ET.Element("project", xmlns=NAMESPACE)
     product = {"companyName": "camgeom", "productName": "camgeom", "productVersion": __version__}

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from camgeom import __version__
 from camgeom.errors import ExportError
 from camgeom.export import Colour, NamedMesh, writer
 from camgeom.export.files import atomic_write
 from camgeom.maths.creases import shade
+from camgeom.version import __version__
 
 _STEEL: Colour = (0.72, 0.74, 0.77)
 _FLANK: Colour = (0.30, 0.52, 0.74)

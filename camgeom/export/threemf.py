@@ -8,9 +8,9 @@ from html import escape
 from pathlib import Path
 from typing import IO
 
-from camgeom import __version__
 from camgeom.export import NamedMesh, writer
 from camgeom.export.files import atomic_write, number_lines
+from camgeom.version import __version__
 
 _NAMESPACE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 _CONTENT_TYPES = (

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from camgeom import export
-from camgeom.errors import DesignError, NotConverged
+from camgeom.errors import CamgeomError, DesignError, NotConverged
 from camgeom.export import Format, NamedMesh
 from camgeom.maths.mesh import rowed
 
@@ -76,6 +77,33 @@ def write(model: Model, path: Path | str, **options: Any) -> int:
         return export.write(model, path, **options)
     except (DesignError, NotConverged) as error:
         raise type(error)(f"{path}: {error}") from error
+
+
+def encode(model: Model, form: str, **options: Any) -> bytes:
+    """A model's file of a format (`step`, `3mf`, `sheet.svg`, ...) as bytes; formats, options and errors as in `write`.
+
+    Nothing stays on the disk: writers seek, so the file is made in a temporary folder.
+    """
+    extension = format_of(form).extension
+    with TemporaryDirectory(prefix="camgeom-") as folder:
+        path = Path(folder, f"cam{extension}")
+        write(model, path, **options)
+        return path.read_bytes()
+
+
+def to_build123d(model: Model) -> Any:
+    """The model's bodies as a build123d shape, exact: read from its STEP file.
+
+    Raises CamgeomError where build123d is not installed, else as `write`.
+    """
+    try:
+        from build123d import import_step
+    except ImportError:
+        raise CamgeomError("this needs build123d: pip install build123d") from None
+    with TemporaryDirectory(prefix="camgeom-") as folder:
+        path = Path(folder, "cam.step")
+        path.write_bytes(encode(model, "step"))
+        return import_step(path)
 
 
 RESULTS = {

@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from camgeom import __version__
 from camgeom.drawing.content import Chart, Drawing
 from camgeom.drawing.drawing import drawing_sheet, drawing_size
 from camgeom.drawing.paper import PX, Paper, pdf
@@ -19,6 +18,7 @@ from camgeom.errors import CamgeomError, ExportError, visible
 from camgeom.export.files import atomic_write
 from camgeom.report.sections.design import part_views
 from camgeom.report.sections.motion import diagrams
+from camgeom.version import __version__
 
 if TYPE_CHECKING:
     from camgeom.keys import Section

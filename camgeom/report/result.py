@@ -14,6 +14,7 @@ from camgeom.maths.overflow import within_range
 from camgeom.report.data.geometry import blank_data, flank_data, motion_data, solid_data
 from camgeom.report.figures import VERSION
 from camgeom.report.products import Products
+from camgeom.version import __version__
 
 if TYPE_CHECKING:
     from camgeom.checks.verdict import Finding, Verdict
@@ -89,7 +90,6 @@ def compute(
     model: Model, wanted: Iterable[str], only_checks: Iterable[str] | None = None, products: Products | None = None
 ) -> Result:
     """The result of the named products, each computed, or its reason in its place; `products` takes the notes."""
-    from camgeom import __version__
     from camgeom.checks.verdict import Verdict
 
     asked, noted = set(wanted), products if products is not None else Products()

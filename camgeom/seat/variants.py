@@ -9,132 +9,16 @@ from typing import TYPE_CHECKING, Any, final
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.design import light_checks
 from camgeom.design.engine import Alone, local
 from camgeom.design.sampling import Plan
 from camgeom.design.sampling import tie as _tie
-from camgeom.design.study import Axis, Figures, Row, Study
+from camgeom.design.study import Axis, Study, columns, refuse_unsolved
 from camgeom.errors import CamgeomError, Problem, ProfileError
 from camgeom.profile.text import key_path
-from camgeom.report.delivery import finite
-from camgeom.report.result import PRODUCTS, chosen, compute
+from camgeom.report.measured import asked, measure
 
 if TYPE_CHECKING:
-    from camgeom.checks.verdict import Verdict
     from camgeom.model import Model
-
-STUDIED = ("motion", "blank", "flank", "checks", "contact", "fatigue")
-"""Products of a study where none are named: everything that needs no solid."""
-MOVING = ("dynamics", "impact", "operation")
-"""tables of a profile whose keys, when they are varied, ask for the dynamics too"""
-OVERRIDDEN: dict[tuple[str | int, ...], str] = {
-    ("operation", "speed"): "speed", ("lubricant", "temperature"): "temperature",
-}  # fmt: skip
-"""keys that a profile needs, and that of a state which stands in their place"""
-OF_TABLES = ("dynamics", "cutter", "tolerance")
-"""products of a table of the profile, whose checks judge them"""
-
-
-def asked(
-    only: Sequence[str] | None, data: dict[str, Any], axes: Sequence[Axis], figures: Sequence[str]
-) -> tuple[tuple[str, ...], tuple[str, ...] | None]:
-    """Products and checks of a study: those named, with the checks of a named table's product; without any all that
-    needs no solid, and what the varied keys, a [tolerance] table and the figures ask for beside."""
-    if only is not None:
-        from camgeom.checks import checks
-
-        products, named = chosen("run", only)
-        tables = set(products) & set(OF_TABLES)
-        if named is None and tables:
-            named = tuple(name for name, one in checks().items() if tables & set(one.needs))
-            products = (*products, "checks")
-        return products, named
-    wanted = {figure.partition(".")[0] for figure in figures} & set(PRODUCTS) - {"exports", "report"}
-    if ("dynamics" in data or "impact" in data) and any(one.path[0] in MOVING for one in axes):
-        wanted.add("dynamics")
-    if any(one.path[0] == "cutter" for one in axes):
-        wanted.add("cutter")
-    if "tolerance" in data or any(one.path[0] == "tolerance" for one in axes):
-        wanted.add("tolerance")
-    beside = (name for name in PRODUCTS if name in wanted - set(STUDIED))
-    return (*STUDIED, *beside), light_checks()
-
-
-def refuse_unsolved(data: dict[str, Any], axes: Sequence[Axis]) -> None:
-    """Raise ProfileError for keys whose rows would be equal: of a solver's table that the profile does not have, and
-    those in whose place every operating state has its own."""
-    for one in axes:
-        table = one.path[0]
-        if table in ("dynamics", "impact") and table not in data:
-            text = f"the profile has no [{table}] table, so nothing is solved that this key changes"
-            hint = f"give the profile an [{table}] table first (camgeom schema lists its keys)"
-            raise ProfileError([Problem(f"--vary {one.key}", text, None, "", hint)])
-        states, own = data.get("duty") or (), OVERRIDDEN.get(tuple(one.path))
-        if own and states and all(isinstance(state, Mapping) and own in state for state in states):
-            text = f"every state of [[duty]] has a {own} of its own, so nothing hangs on this key"
-            raise ProfileError([Problem(f"--vary {one.key}", text, None, "", f"vary duty[0].{own}")])
-
-
-def columns(study: Study, rows: Sequence[Row]) -> dict[str, list[Any]]:
-    """The rows by columns; a varied key is of words in every row where it is in one."""
-    figures = dict.fromkeys(key for row in rows for key in row.figures)
-    found: dict[str, list[Any]] = {}
-    for i, one in enumerate(study.varied):
-        words = any(isinstance(row.values[i], str) for row in rows)
-        found[one.key] = [str(row.values[i]) if words else row.values[i] for row in rows]
-    found |= {key: [row.figures.get(key) for row in rows] for key in figures}
-    return {**found, "verdict": [row.verdict for row in rows], "reason": [row.reason for row in rows]}
-
-
-def measure(
-    model: Model, products: tuple[str, ...], checks: tuple[str, ...] | None, only: tuple[str, ...] = ()
-) -> tuple[Figures, str, str]:
-    """The figures of one variant (of these names; default all), its verdict and the reason of that."""
-    result = compute(model, products, checks)
-    figures: Figures = {}
-    for section in ("motion", "blank", "flank", "solid", "contact", "output_shaft", "fatigue", "dynamics", "impact",
-                    "cutter", "tolerance", "body"):  # fmt: skip
-        figures |= _flat(result.data.get(section, {}), section)
-    for row in result.data.get("fatigue", {}).get("conventions", ()):
-        figures |= _flat(row, f"fatigue.conventions.{row['convention'].replace(', ', '-')}")
-    for finding in result.findings:
-        name = f"checks.{finding.check}" + (f" {finding.where}" if f"checks.{finding.check}" in figures else "")
-        figures[name] = finite(finding.value)
-    failed = [finding.check for finding in result.findings if not finding.passed]
-    unmade = [product.reason for product in result.products if product.exit_status]
-    words = {0: result.verdict.level, 1: "fail", 2: "bad input", 3: "no result"}
-    if result.verdict.loads is not None:
-        figures["loads"] = result.verdict.loads.whose
-    figures = {name: value for name, value in figures.items() if not only or name in only}
-    figures["not_judged"] = _not_judged(model, result.verdict, checks if "checks" in products else ())
-    return figures, words[result.exit_status], "; ".join(dict.fromkeys([*unmade, *failed]))
-
-
-def _not_judged(model: Model, verdict: Verdict, checks: tuple[str, ...] | None) -> str:
-    """Names of the checks that a variant's verdict leaves out: told by the verdict, or not asked for by the study."""
-    from camgeom.checks import applies
-    from camgeom.checks import checks as registered
-
-    asked = registered(model).items() if checks is not None else ()
-    left = [name for name, entry in asked if name not in (checks or ()) and applies(entry, model)]
-    return " ".join(dict.fromkeys([*(omitted.check for omitted in verdict.not_judged), *left]))
-
-
-MOST_LISTED = 6
-"""numbers of a list that are columns of their own; longer lists are curves"""
-
-
-def _flat(data: dict[str, Any], name: str) -> Figures:
-    """The numbers of a table and of the tables and short lists in it, by dotted names; lists count from 1."""
-    found: Figures = {}
-    for key, value in data.items():
-        if isinstance(value, list) and len(value) <= MOST_LISTED:
-            value = {str(i): one for i, one in enumerate(value, 1) if isinstance(one, int | float)}
-        if isinstance(value, dict):
-            found |= _flat(value, f"{name}.{key}")
-        elif value is None or isinstance(value, bool | int | float):
-            found[f"{name}.{key}"] = finite(value)
-    return found
 
 
 @final
@@ -206,7 +90,7 @@ def study(
     axes = tuple(_axis(key, values) for key, values in vary.items())
     data = model.profile.stated
     refuse_unsolved(data, axes)
-    products, judging = asked(only, data, axes, figures)
+    products, judging = asked(only, data, {one.path[0] for one in axes}, figures)
     measured = partial(measure, products=products, checks=judging, only=tuple(figures))
     ties = tuple(_tie(f"{key}={text}") for key, text in (tie or {}).items())
     plan = Plan(axes, "grid", 0, 0, ties) if ties else None

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from kit import Table, run, short
 
-from camgeom.design import light_checks
+from camgeom.checks import light_checks
 from camgeom.design.batch import evaluate, offered
 from camgeom.design.study import Study, axis
 from camgeom.profile import from_data, read_data
-from camgeom.seat.variants import STUDIED, measure
+from camgeom.report.measured import STUDIED, measure
 
 SIX = (
     "flank.max_pressure_angle_deg", "flank.undercut_margin", "flank.min_relative_radius_mm",

@@ -24,9 +24,9 @@ from camgeom.drawing.content import Map
 from camgeom.errors import ProfileError
 from camgeom.model import Model
 from camgeom.profile import from_data, read_data
+from camgeom.report.measured import measure
 from camgeom.report.result import chosen, compute
 from camgeom.report.sections.body import body
-from camgeom.seat.variants import measure
 from camgeom.solid.drum import RibbedCylinder
 from camgeom.track import TURN
 from tests.body.ribs import ribbed

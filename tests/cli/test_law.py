@@ -13,8 +13,8 @@ from camgeom.cli import main
 from camgeom.errors import ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse
+from camgeom.report.measured import measure
 from camgeom.report.sections.motion import best_laws
-from camgeom.seat.variants import measure
 from tests.places import PROFILES
 
 MODIFIED = ["--vmax", "1.7596", "--jmax", "69.466", "--band", "2:6"]

@@ -23,8 +23,8 @@ from camgeom.errors import ProfileError
 from camgeom.model import Model
 from camgeom.profile.editing import edited
 from camgeom.profile.text import load
-from camgeom.seat.answer import Memory, answers
-from camgeom.seat.server import HOST, MOST_BODY, Server
+from camgeom.report.answer import Memory, answers
+from camgeom.report.server import HOST, MOST_BODY, Server
 from tests.places import PROFILES
 
 DISC = (PROFILES / "disc_offset_roller.toml").read_text(encoding="utf-8")

@@ -14,7 +14,7 @@ import pytest
 
 from camgeom.errors import ExportError
 from camgeom.report.pdf import find_browser
-from camgeom.seat.server import Server
+from camgeom.report.server import Server
 from tests.places import PROFILES, ROOT
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright: scripts/page_tests installs it")

@@ -160,6 +160,6 @@ def test_what_a_scheduler_cannot_do_is_told(
     assert "no Dask scheduler answers at tcp://127.0.0.1:9" in capsys.readouterr().err
     assert main([*command, machines.address, "--jobs", "2"]) == 2
     machines.worker()
-    monkeypatch.setattr("camgeom.__version__", "0.0.0")
+    monkeypatch.setattr("camgeom.design.engine.__version__", "0.0.0")
     assert main([*command, machines.address]) == 3
     assert "install the same version" in capsys.readouterr().err

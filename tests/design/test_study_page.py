@@ -14,7 +14,7 @@ from camgeom.drawing.content import Block, Chart, Map, Text
 from camgeom.model import Model
 from camgeom.profile import from_data
 from camgeom.profile.text import load
-from camgeom.seat.variants import _flat
+from camgeom.report.measured import _flat
 
 TEXT = """
 [cam]

@@ -16,9 +16,9 @@ from camgeom.profile.errors import keys_of
 from camgeom.profile.reader import Reader
 from camgeom.profile.schema import schema
 from camgeom.profile.units import INCH, is_length
+from camgeom.report.answer import Memory, answers
 from camgeom.report.part_sheet import part_sheet
 from camgeom.report.result import compute
-from camgeom.seat.answer import Memory, answers
 from tests.places import PROFILES
 
 DISC = """units = "inch"

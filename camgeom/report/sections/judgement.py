@@ -12,6 +12,7 @@ from camgeom.checks.verdict import RANK, Verdict, life_shown
 from camgeom.drawing.content import Block, Chapter, Column, Figure, Level, Page, Remark, Table
 from camgeom.drawing.sheet import number
 from camgeom.report.sections.bodies import kept
+from camgeom.version import __version__
 
 if TYPE_CHECKING:
     from camgeom.checks.verdict import Finding
@@ -77,8 +78,6 @@ def headed(
     model: Model, verdict: Verdict | None, figures: tuple[Figure, ...], sections: tuple[Chapter, ...] = ()
 ) -> Page:
     """The page with its title block and a verdict."""
-    from camgeom import __version__
-
     profile = model.profile
     operation = profile.operation
     details = [("Profile", profile.source.rsplit("/", 1)[-1] or "given in memory"), ("camgeom", __version__)]

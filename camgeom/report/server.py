@@ -13,7 +13,6 @@ from collections.abc import Iterator
 from hashlib import sha256
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from importlib.resources import files
 from pathlib import Path
 from typing import Any, final
 
@@ -22,8 +21,8 @@ from camgeom.errors import CamgeomError, ExportError
 from camgeom.export.files import atomic_write
 from camgeom.profile.text import MAX_BYTES
 from camgeom.reading import decode, read_bytes
+from camgeom.report.answer import Memory, answers, line
 from camgeom.report.page import asset
-from camgeom.seat.answer import Memory, answers, line
 
 HOST = "127.0.0.1"
 MOST_BODY = 4 * MAX_BYTES
@@ -263,16 +262,12 @@ def page(state: dict[str, Any], nonce: str) -> str:
     """The page with the file's state in it."""
     told = json.dumps(state).replace("<", "\\u003c")
     parts = {
-        "STYLE": asset("report.css") + _own("seat.css"),
+        "STYLE": asset("report.css") + asset("serve.css"),
         "STATE": f'<script nonce="{nonce}" type="application/json" id="state">{told}</script>',
         "VIEWER": f'<script nonce="{nonce}">{asset("viewer.js")}</script>',
-        "SCRIPT": f'<script nonce="{nonce}">{_own("seat.js")}</script>',
+        "SCRIPT": f'<script nonce="{nonce}">{asset("serve.js")}</script>',
     }
-    text = _own("seat.html")
+    text = asset("serve.html")
     for name, part in parts.items():
         text = text.replace(f"<!-- {name} -->", part)
     return text
-
-
-def _own(name: str) -> str:
-    return (files("camgeom.seat") / "assets" / name).read_text(encoding="utf-8")
