@@ -44,7 +44,8 @@ def test_a_published_exercise_s_ball_on_an_inclined_plane(way: float, printed: f
 
     Exercise with printed answers (tutorbin.com, "A steel ball starts rolling from rest down a steel plate"): 50 cP,
     22 1/GPa, E 210 GPa, nu 0.3, 7 800 kg/m³. It takes half the speed of the centre, and 1/R = 1/Rx + 1/Ry where Hamrock
-    and Dowson have Rx: the formula is theirs, that radius is not. The ellipse is 1.0339 (Ry/Rx)^0.636 long.
+    and Dowson have Rx: the formula is theirs, that radius is Stachowiak and Batchelor's (Engineering Tribology, 2nd
+    edition, page 291). The ellipse is 1.0339 (Ry/Rx)^0.636 long.
     """
     ball = Material(elastic_modulus=210000.0, poisson=0.3)
     force = 7800 * np.pi * 0.03**3 / 6 * 9.81 * np.cos(np.pi / 4)
@@ -54,6 +55,21 @@ def test_a_published_exercise_s_ball_on_an_inclined_plane(way: float, printed: f
     assert film == pytest.approx(printed, abs=0.0005)
     # With their Rx = 15 mm and the whole speed of rolling, it is more than twice that.
     assert float(point_film(1e3 * centre, 1 / 15.0, force, 1.0339, oil, pair)) > 2e-3 * film
+
+
+def test_a_published_exercise_s_cam_on_a_convex_follower() -> None:
+    """A steel cam of radius 10 mm slides on a still follower of 40 mm: roughness 0.0768 um of each keeps them apart.
+
+    Exercise with a printed answer (tutorbin.com, "The highly loaded cam shown below has a minimum radius of 10 mm"):
+    4 kN on a width of 20 mm, 0.1 m/s, 1.44 Pa s, 28 1/GPa, E 207 GPa, nu 0.3. The answer follows with lambda 3 from the
+    formula of an ellipse without end, k infinite, into which the whole load goes: the width it then does not need.
+    """
+    steel = Material(elastic_modulus=207000.0, poisson=0.3)
+    oil, pair, bend = Oil(1.44e-6, 0.028, 0.3e-3), pair_compliance(steel, steel), 1 / 10.0 + 1 / 40.0
+    rough = 1e3 / (3.0 * np.sqrt(2.0))
+    assert rough * float(point_film(50.0, bend, 4000.0, np.inf, oil, pair)) == pytest.approx(0.0768, abs=0.00005)
+    # The formula of a line, with the load on its width, allows a quarter more.
+    assert rough * float(line_film(50.0, bend, 4000.0 / 20.0, oil, pair)) == pytest.approx(0.0968, abs=0.00005)
 
 
 def test_a_flat_face_draws_oil_in_as_the_literature_has_it():
