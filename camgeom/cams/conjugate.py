@@ -306,7 +306,7 @@ class ConjugateMechanism(Mechanism):
     def outlines(self) -> dict[str, Outline]:
         """Profile and pitch curve of both discs by name."""
         pitch = {f"{track.name} pitch curve": RollerOutline(track, 0.0) for track in self.tracks}
-        return {touch.name: touch.outline for touch in self.profiles} | pitch
+        return {touch.where: touch.outline for touch in self.profiles} | pitch
 
     @cached_property
     def flanks(self) -> tuple[Loop, Loop]:
@@ -330,8 +330,12 @@ class ConjugateMechanism(Mechanism):
         found = []
         for k, (track, flank, way, (low, high)) in enumerate(zip(self.tracks, self.flanks, (1.0, -1.0), self._heights)):
             for z, outline in zip(self._discs[k], flank.ends):
-                name = track.name if flank.upper is None else f"{track.name} at z = {z:g} mm"
-                found.append(Touch(name, outline, joint, self.sense, way, self._radius(k, z), high - low))
+                roller, height = self.rollers[k], None if flank.upper is None else z
+                lean = radians(roller.half_angle) if isinstance(roller, ConeRoller) else 0.0
+                found.append(
+                    Touch(track.name, outline, joint, self.sense, way, self._radius(k, z), high - low, lean=lean,
+                          height=height)
+                )  # fmt: skip
         return tuple(found)
 
     @property

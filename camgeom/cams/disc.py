@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import cos, hypot, inf, sqrt
+from math import cos, hypot, inf, radians, sqrt
 from typing import ClassVar, Literal, final
 
 import numpy as np
@@ -416,13 +416,14 @@ class DiscMechanism(Mechanism):
         low, high = self.contact
         joint = self._arm(follower).joint if isinstance(follower, SwingingFollower) else SLIDE
         radius = inf if face == "flat" else self.touch_radius
-        inner = Touch(self.cam.inside, self.profile, joint, self.sense, 1.0, radius, high - low, kind=face)
+        gap = self.running_clearance
+        inner = Touch(self.cam.inside, self.profile, joint, self.sense, 1.0, radius, high - low, kind=face, gap=gap)
         if self.cam.form == "external":
             return (inner,)
         outer = self.outlines["outer flank"]
         return (
             inner,
-            Touch("outer flank", outer, joint, self.sense, -1.0, radius, high - low, material=-1.0),
+            Touch("outer flank", outer, joint, self.sense, -1.0, radius, high - low, material=-1.0, gap=gap),
         )
 
     @cached_property
@@ -502,7 +503,7 @@ class ConicalDiscMechanism(DiscMechanism):
     @cached_property
     def outlines(self) -> dict[str, Outline]:
         """The flanks at both of their ends, and the pitch curve."""
-        ends = {touch.name: touch.outline for touch in self.profiles}
+        ends = {touch.where: touch.outline for touch in self.profiles}
         return ends | {"pitch curve": RollerOutline(self.pitch, 0.0)}
 
     @property
@@ -516,11 +517,16 @@ class ConicalDiscMechanism(DiscMechanism):
         joint = self._arm(self.follower).joint if isinstance(self.follower, SwingingFollower) else SLIDE
         low, high = self._span
         names = (self.cam.inside, 1.0), ("outer flank", -1.0)
+        rollers = self._meridian.jet(np.array(self._span))[3].tolist()
+        lean = radians(self.roller.half_angle) if isinstance(self.roller, ConeRoller) else 0.0
         return tuple(
-            Touch(f"{name} at z = {z:g} mm", outline, joint, self.sense, way, r, high - low, material=way)
+            Touch(
+                name, outline, joint, self.sense, way, own, high - low, material=way, gap=tool - own, lean=lean,
+                height=z,
+            )
             for (name, way), flank in zip(names if self.cam.form == "groove" else names[:1], self.flanks)
-            for z, r, outline in zip(self._span, self._radii, flank.ends)
-        )
+            for z, own, tool, outline in zip(self._span, rollers, self._radii, flank.ends)
+        )  # fmt: skip
 
     @cached_property
     def cutters(self) -> tuple[Track, ...]:

@@ -66,6 +66,11 @@ def judged_pressure(
         yield NotJudged(name, lost)
         return
     peak, duty = max(known, key=lambda pair: pair[0].value)
+    if not isfinite(peak.value):
+        advice = "the flank that is pressed folds, or has a corner, where no pressure is to be judged: see undercut, "
+        advice += "face-curvature and continuity"
+        yield Finding(name, worst, None, "<=", model.pressure_limit, "MPa", where=duty.spot(peak), advice=advice)
+        return
     if peak.value > model.pressure_limit:
         remedy = squared_remedy(duty, model.pressure_limit) or remedy
     beside = rigid.peak_pressure if rigid is not None else None

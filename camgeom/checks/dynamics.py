@@ -30,6 +30,8 @@ SURE = 0.1
 SENSITIVE = 1.25
 """change of the largest acceleration over omega squared within `BAND` of the speed: a resonance doubles it or more"""
 BAND = (0.95, 1.05)
+RINGING = 0.5
+"""of a swing left after a turn: as much as one turn stirs up, the next one finds"""
 HARMONICS = 40
 """of the turn that are looked at one by one; those beyond are as small as they are close"""
 BESIDE = (0.975, 1.025)
@@ -150,8 +152,12 @@ def _free(model: Model) -> float:
 
 
 @solved("resonance", "dynamics")
-def resonance(model: Model) -> Iterable[Finding]:
-    """How much the largest acceleration over omega squared changes near the operating speed; a warning at most."""
+def resonance(model: Model) -> Iterable[Finding | NotJudged]:
+    """How much the largest acceleration over omega squared changes near the operating speed; a warning at most.
+
+    A mode beyond `HARMONICS` of the turn meets one of them within a per cent of any speed. Where next to nothing damps
+    it and a step of friction stirs it, what is left of its ringing after a turn hangs on the last digits of the speed.
+    """
     drive, follower = model.indexing, model.elastic_follower
     study = drive or follower
     assert study is not None, "the registry asks for it"
@@ -168,6 +174,15 @@ def resonance(model: Model) -> Iterable[Finding]:
     value = float(values.max() / values.min()) if values.min() > 0.0 else 1.0
     worst = study.speed * float(np.append(shares, 1.0)[values.argmax()]) * 30.0 / np.pi
     order = max(1, round(60.0 * hertz / worst))
+    kept = float(study.steady.solution.spectral_radius[0])
+    if value > SENSITIVE and order > HARMONICS and kept > RINGING:
+        yield NotJudged(
+            "resonance",
+            f"next to nothing damps the mode of {hertz:.4g} Hz, harmonic {order} of the turn: {100.0 * kept:.3g} % of "
+            "its swing is left after a turn, and what steps of friction and force add to it is another thing at every "
+            "speed: give [dynamics] its damping",
+        )
+        return
     advice = (
         f"vibration is largest near {worst:.4g} r/min, where harmonic {order} of the turn meets the mode of "
         f"{hertz:.4g} Hz: keep off that speed, or move the mode by stiffness, inertia or damping"

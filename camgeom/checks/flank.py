@@ -69,9 +69,13 @@ def relative_curvature(model: Model) -> Iterable[Finding]:
     """Smallest relative curvature of cam against roller; positive everywhere (equation 33 of T/WLJC 15-2018)."""
     survey = min(model.flanks, key=lambda survey: survey.relative_curvature.value)
     worst = survey.relative_curvature
-    advice = "the roller would cut into the flank beside its contact line: see undercut"
+    if worst.value <= 0.0:
+        # Beyond a cusp it comes back from minus infinity: the least that the samples meet says nothing.
+        advice = "the flank folds on itself, where its curvature has no bound: see undercut"
+        yield Finding("relative-curvature", "fail", None, ">", 0.0, "1/mm", where=survey.track.name, advice=advice)
+        return
     where = f"{survey.track.name}, at {worst.place:.6g} mm along the roller axis"
-    yield judged("relative-curvature", worst.value, ">", 0.0, "1/mm", advice, cam_angle=worst.cam_angle, where=where)
+    yield judged("relative-curvature", worst.value, ">", 0.0, "1/mm", "", cam_angle=worst.cam_angle, where=where)
 
 
 @check("contact-length", "tracks")

@@ -120,11 +120,11 @@ def pair(model: Model) -> Iterable[Finding]:
         )  # fmt: skip
 
 
-@check("curvature-jumps", "planar")
+@check("curvature-jumps", "profiles")
 def curvature_jumps(model: Model) -> Iterable[Finding]:
     """Cam angles at which the profile's curvature jumps: named, and judged by `continuity`."""
-    assert model.planar is not None
-    jumps = model.planar.curvature_jumps
+    assert model.profiles is not None
+    jumps = model.profiles.curvature_jumps
     places = [f"{degrees(j.cam_angle):.6g} deg ({j.before:.4g} to {j.after:.4g} 1/mm)" for j in jumps[:8]]
     yield judged(
         "curvature-jumps", float(len(jumps)), "", None, "jumps", "",

@@ -156,8 +156,6 @@ class DynamicsSpec(Section):
         missing = [key for key in needed if getattr(self, key) is None]
         if missing:
             raise ValueError(f"kind = {self.kind!r} needs {', '.join(missing)}")
-        if (self.shaft_inertia is None) != (self.shaft_stiffness is None):
-            raise ValueError("an elastic cam shaft needs both shaft_inertia and shaft_stiffness")
         if self.tappet_stiffness > 0.0 and self.tappet_contact is not None:
             raise ValueError("tappet_stiffness is given: leave it or tappet_contact out")
         if self.elastic_tappet and self.tappet_mass == 0.0:

@@ -6,7 +6,8 @@ drawing, and with the curve's name in the entity's extended data (application CA
 its origin; views after the first stand above it, at an origin that their notes give.
 
 The views are outlines and tool paths of planar cams, developed grooves, the indexing turret, and a frame. A planar
-cam stands in the cam frame, seen from +Z; other views say in their notes where they are.
+cam stands in the cam frame, seen from +Z; other views say in their notes where they are. Of a flank that leans the
+lower end stands on PROFILE_LOWER_..., the upper one on PROFILE_UPPER_...
 """
 
 from __future__ import annotations
@@ -46,8 +47,8 @@ DEVIATION = 1e-4
 """mm, allowed between a spline and the exact curve"""
 APPLICATION = "CAMGEOM"
 COLOURS = {
-    "PROFILE": 7, "PITCH": 5, "CUTTER": 1, "FLANK": 7, "CENTRE_LINE": 5, "BLANK": 8, "BORE": 3, "CENTRE": 4,
-    "TURRET": 6, "ROLLERS": 2, "MARK": 3, "NOTES": 9, "FRAME": 6, "HIDDEN": 8,
+    "PROFILE": 7, "PROFILE_LOWER": 7, "PROFILE_UPPER": 6, "PITCH": 5, "CUTTER": 1, "FLANK": 7, "CENTRE_LINE": 5,
+    "BLANK": 8, "BORE": 3, "CENTRE": 4, "TURRET": 6, "ROLLERS": 2, "MARK": 3, "NOTES": 9, "FRAME": 6, "HIDDEN": 8,
 }  # fmt: skip
 """AutoCAD colour index by layer (the part before _SPLINE or _POLYLINE)"""
 LINES = {
@@ -118,7 +119,7 @@ def _dated(text: str) -> str:
 @final
 @immutable
 class _Drawn:
-    """A view with its curves made: name, layer prefix, spline and polyline of each."""
+    """A view with its curves made: name, layer prefix, whether closed, spline and polyline of each."""
 
     view: PlaneView
     curves: list[tuple[str, str, bool, Spline, Polyline]] = field(default_factory=list)
@@ -128,6 +129,7 @@ class _Drawn:
         drawn = cls(view)
         for curve in view.curves:
             prefix = DEVELOPED.get(curve.role, "") if view.name.startswith("developed") else curve.role.upper()
+            prefix += view.ends.get(curve.name, "")
             made = fitted(curve, deviation), chords(curve, chord)
             drawn.curves.append((curve.name, prefix, curve.closed, *made))
         return drawn
@@ -238,7 +240,8 @@ class Label:
 
 @immutable
 class PlaneView:
-    """One flat view; `notes` say what it shows and where its origin is."""
+    """One flat view; `notes` say what it shows and where its origin is; `ends`: what the layer of a curve adds, by its
+    name."""
 
     name: str
     curves: tuple[PlaneCurve, ...] = ()
@@ -246,6 +249,7 @@ class PlaneView:
     strokes: tuple[Stroke, ...] = ()
     labels: tuple[Label, ...] = ()
     notes: tuple[str, ...] = ()
+    ends: Mapping[str, str] = field(default_factory=dict)
 
 
 def plane_views(model: Model, cutter_radius: float | None = None) -> tuple[PlaneView, ...]:
@@ -327,7 +331,19 @@ def _outlines(model: Model, outlines: Mapping[str, Outline], cutter_radius: floa
     if len(model.grooves) > 1:
         name = f"track {model.groove + 1}"
         notes.append(f"track {model.groove + 1}, between z = {_heights(model)} mm of the cam frame")
-    return PlaneView(name, tuple(curves), tuple(discs), tuple(strokes), (), tuple(notes))
+    return PlaneView(name, tuple(curves), tuple(discs), tuple(strokes), (), tuple(notes), _leaning(model))
+
+
+def _leaning(model: Model) -> dict[str, str]:
+    """Which end of a flank that leans an outline is, by its name."""
+    touches = () if model.profiles is None else model.profiles.touches
+    levels: dict[str, list[float]] = {}
+    for touch in touches:
+        levels.setdefault(touch.name, []).extend([] if touch.height is None else [touch.height])
+    return {
+        touch.where: "_LOWER" if touch.height == min(levels[touch.name]) else "_UPPER"
+        for touch in touches if touch.height is not None
+    }  # fmt: skip
 
 
 def _heights(model: Model) -> str:

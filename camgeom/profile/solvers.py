@@ -106,6 +106,11 @@ def _of_indexing(profile: Profile, spec: DynamicsSpec, mechanism: Mechanism) -> 
 def _of_follower(profile: Profile, spec: DynamicsSpec, mechanism: Mechanism) -> Iterator[Problem]:
     operation = profile.operation
     assert operation is not None
+    # Told here, after the keys that mean nothing: a plate's drive has no shaft to complete.
+    for key, other in (("shaft_inertia", spec.shaft_stiffness), ("shaft_stiffness", spec.shaft_inertia)):
+        if getattr(spec, key) is None and other is not None:
+            yield Problem(f"dynamics.{key}", "is missing: an elastic cam shaft needs both shaft_inertia and "
+                          "shaft_stiffness", None, "> 0")  # fmt: skip
     if spec.elastic_tappet or spec.shaft_stiffness is not None:
         yield from _refused(
             profile, ("guide_friction",), "is that of a tappet which follows the cam exactly, not one on an elastic "

@@ -253,8 +253,8 @@ def _motion(model: Model) -> Chart | None:
 def _flank(model: Model) -> Chart | None:
     from camgeom.report.sections.flank import lines, profile
 
-    if model.planar is not None:
-        return next((block for block in profile(model, model.planar) if isinstance(block, Chart)), None)
+    if model.profiles is not None:
+        return next((block for block in profile(model, model.profiles) if isinstance(block, Chart)), None)
     if not model.flanks:
         return None
     folded = any(survey.margin.value <= 0.0 for survey in model.flanks)

@@ -56,6 +56,11 @@ class Planar:
     centre: float = 0.0
 
     @property
+    def walls(self) -> tuple[Touch, ...]:
+        """One touch for each wall: of a flank that leans that of its lower end."""
+        return tuple({touch.way: touch for touch in reversed(self.touches)}.values())[::-1]
+
+    @property
     def form_closed(self) -> bool:
         """True where the cam drives the follower both ways."""
         return {touch.way for touch in self.touches} == {1.0, -1.0}
@@ -128,13 +133,16 @@ class Planar:
     @cached_property
     def crossings(self) -> dict[str, Crossing | None]:
         """Where a profile crosses itself, by the touch's name; None where it does not."""
-        return {touch.name: crossing(touch.outline) for touch in self.touches}
+        return {touch.where: crossing(touch.outline) for touch in self.touches}
 
     @cached_property
     def curvature_jumps(self) -> tuple[CurvatureJump, ...]:
-        """Cam angles at which the curvature of a profile jumps (one-sided values at the knots)."""
+        """Cam angles at which the curvature of a profile jumps (one-sided values at the knots).
+
+        A flank that leans jumps at all of its heights alike: counted once, at its lower end.
+        """
         found = []
-        for touch in self.touches[:1] if self.span is not None else self.touches:
+        for touch in self.touches[:1] if self.span is not None else self.walls:
             (_, owner), at = touch.grid, touch.sampled
             k = touch.material * at.curve.curvature
             first = np.flatnonzero(np.r_[True, owner[1:] != owner[:-1]])
@@ -143,7 +151,7 @@ class Planar:
             before, after = k[np.roll(last, 1)], k[first]
             large = np.abs(after - before) > SMALLEST_JUMP * np.abs(k).max()
             found += [
-                CurvatureJump(float(knot[i]) % (2.0 * pi), float(before[i]), float(after[i]), touch.name)
+                CurvatureJump(float(knot[i]) % (2.0 * pi), float(before[i]), float(after[i]), touch.where)
                 for i in np.flatnonzero(large)
             ]
         return tuple(found)

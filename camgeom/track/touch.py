@@ -6,7 +6,7 @@ other: the two flanks of a face groove, the two faces of a frame, the two discs 
 
 from __future__ import annotations
 
-from math import inf
+from math import cos, inf
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,8 +32,10 @@ class Contacting:
     lever            velocity of the contact point along the force on the follower, per unit of the joint coordinate
                      (1 or mm/rad), signed: positive where the force drives towards larger lift
     pressure_angle   rad, between the force and the velocity of the follower's point: a roller's centre, else the point
-                     of contact; signed, positive in the rise of a follower without offset
-    relative         relative curvature of cam against follower, 1/mm; infinite for a knife edge
+                     of contact; signed, positive in the rise of a follower without offset. A leaning force has that of
+                     both angles, cos(a) cos(lean), with the sign of the one in the plane, a
+    relative         relative curvature of cam against follower across their line of contact, 1/mm; infinite for a knife
+                     edge
     along            place of the contact on a flat face, mm along the face from the follower's reference point
     slip             speed of the follower's point over the cam, of one that does not roll, along the tangent turned
                      left from the outward normal, in which `curve.speed` counts; mm per rad
@@ -74,6 +76,9 @@ class Touch:
     lag       added to the cam angle to find the outline's place (pi for the far face of a frame), rad
     material  +1 where the cam's material is inside the outline, -1 outside (outer flank of a face groove)
     kind      roller, flat, knife or curved
+    gap       running clearance between outline and roller, mm: its centre is counted where it is drawn, amid its play
+    lean      of the flank from the cam axis, rad: half the angle of a conical roller
+    height    z of the outline, mm, of a flank that leans; None where it is the same at every height
     """
 
     name: str
@@ -86,6 +91,9 @@ class Touch:
     lag: float = 0.0
     material: float = 1.0
     kind: str = "roller"
+    gap: float = 0.0
+    lean: float = 0.0
+    height: float | None = None
 
     def knots(self) -> Floats:
         """Cam angles from 0 to 2 pi where a derivative may jump, rad."""
@@ -98,8 +106,8 @@ class Touch:
 
     @property
     def where(self) -> str:
-        """Its name, as of a contact that is surveyed."""
-        return self.name
+        """Its name, with the height where its flank is another one at every height."""
+        return self.name if self.height is None else f"{self.name} at z = {self.height:g} mm"
 
     @cached_property
     def grid(self) -> Grid:
@@ -135,7 +143,8 @@ class Touch:
             curve,
             self.material * lever,
             self._pressure_angle(turn, curve),
-            self.material * curve.curvature + own,
+            # The section across a straight line of contact that leans is less curved than the level one (Meusnier).
+            cos(self.lean) * (self.material * curve.curvature + own),
             self._along(turn, curve, left),
             self._slip(curve, e, lever, left),
         )
@@ -145,9 +154,12 @@ class Touch:
         if self.kind == "flat" and isinstance(self.joint, Slide):
             return np.zeros(turn.shape)  # the face stands square to its motion
         push = self.way * self.material * curve.normals
-        point = curve.points + (self.material * self.radius * curve.normals if self.rolling else 0.0)
+        point = curve.points + (self.material * (self.radius + self.gap) * curve.normals if self.rolling else 0.0)
         e = self.joint.velocity(np.stack([*point, np.zeros_like(turn.real)]), turn)[:2]
-        return np.asarray(self.sense * np.arctan2(e[0] * push[1] - e[1] * push[0], e[0] * push[0] + e[1] * push[1]))
+        level = self.sense * np.arctan2(e[0] * push[1] - e[1] * push[0], e[0] * push[0] + e[1] * push[1])
+        if self.lean == 0.0:
+            return np.asarray(level)
+        return np.asarray(np.copysign(np.arccos(np.cos(level) * cos(self.lean)), level))
 
     def _along(self, turn: npt.NDArray[np.complex128], curve: Curve, left: Floats) -> Floats:
         """Place of the contact along the face turned left from its normal, from the joint's centre or the cam axis."""

@@ -426,7 +426,7 @@ FIGURES: dict[str, Callable[[Cams], Floats]] = {
     "blank.diameter_mm": lambda c: c.blank[0],
     "blank.length_mm": lambda c: c.blank[1],
     "blank.volume_mm3": lambda c: 0.25 * pi * c.blank[0] ** 2 * c.blank[1],
-    "contact.peak_force_n": lambda c: c.of_duty(lambda s: s.pressing),
+    "contact.peak_force_n": lambda c: c.most(lambda s: s.pressing),
     "contact.peak_torque_n_m": lambda c: c.peak_torque * MILLI,
     "contact.mean_torque_n_m": lambda c: c.mean_torque * MILLI,
     "contact.peak_pressure_mpa": lambda c: c.pressure,

@@ -137,12 +137,7 @@ class Seen:
             return np.zeros(1)
         if isinstance(touch.joint, Slide):
             return np.asarray(np.abs(n[1]) / (1.0 + (touch.way * touch.material) * n[0]))
-        if touch.kind == "roller":
-            (x, y), _, _ = self.jets
-            gap = -touch.material * touch.gap
-            at = (x + gap * n[0], y + gap * n[1]) if np.any(touch.gap) else (x, y)
-        else:
-            at = self.place
+        at = self.jets[0] if touch.kind == "roller" else self.place
         e = touch.joint.moved(at)
         square = touch.way * touch.material * (e[0] * n[0] + e[1] * n[1])
         return np.asarray(np.abs(e[0] * n[1] - e[1] * n[0]) / (np.sqrt(e[0] * e[0] + e[1] * e[1]) + square))

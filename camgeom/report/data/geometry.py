@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 def flank_data(model: Model) -> dict[str, Any]:
     """Pressure angle, curvature and undercut of every flank, of rollers and faces, and the play of a pair."""
     data = _surveyed(model) if model.tracks else {}
-    if model.planar is not None:
-        data |= _planar(model.planar)
+    if model.profiles is not None:
+        data |= _planar(model.profiles)
     if model.mechanism.crown:
         data["crown"] = model.mechanism.crown
     if model.pair is not None:
@@ -99,9 +99,11 @@ def _surveyed(model: Model) -> dict[str, Any]:
     surveys = model.flanks
     sharp = max((s.largest_relative_curvature for s in surveys), key=lambda e: e.value)
     margin = min((s.margin for s in surveys), key=lambda e: e.value)
+    # Where the roller folds its flank the radius goes through 0.
+    sound = min(s.relative_curvature.value for s in surveys) > 0.0
     return {
         **_angles(model),
-        "min_relative_radius_mm": 1.0 / sharp.value if sharp.value > 0.0 else 0.0,
+        "min_relative_radius_mm": 1.0 / sharp.value if sound else 0.0,
         "min_relative_radius_at_deg": degrees(sharp.cam_angle) % 360.0,
         "undercut_margin": margin.value,
         "undercut_margin_at_deg": degrees(margin.cam_angle) % 360.0,

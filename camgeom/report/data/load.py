@@ -30,10 +30,21 @@ def contact_data(model: Model) -> dict[str, Any]:
     each = {"rollers": [roller_data(duty) for duty in model.duties]} if len(model.duties) > 1 else {}
     # A roller's own contact (crowning, slices) stands; force and torque are those of all touches together.
     if model.drive is None or model.carrier is None:
-        return data | each
+        return data | _touched(model) | each
     # Nor have its touches a pressure where the roller's sharp end has none.
     whole = model.drive.force_data() if model.carrier.no_stress else model.drive.contact_data()
-    return whole | data | model.drive.torque_data() | each
+    return whole | data | model.drive.torque_data() | (force_data(model) if each else {}) | each
+
+
+def _touched(model: Model) -> dict[str, str]:
+    """Which wall of a disc that leans is pressed hardest: no face tells it of a cone."""
+    if model.profiles is None or not model.duties or model.duty.peak_pressure is None:
+        return {}
+    duty = model.duty
+    if len(duty.track.sides) == 1:
+        return {"peak_at": duty.track.name}
+    normal = duty.force.panels.at(duty.normal, np.array([model.duty.peak_pressure.cam_angle]))
+    return {"peak_at": next(touch.name for touch in model.profiles.walls if touch.way * float(normal[0]) >= 0.0)}
 
 
 def force_data(model: Model) -> dict[str, Any]:

@@ -51,16 +51,17 @@ def flank(model: Model) -> tuple[Block, ...]:
     folded = [survey for survey in model.flanks if survey.margin.value <= 0.0]
     if folded:
         return _folded(model, folded)
-    if model.planar is not None:
-        return (*profile(model, model.planar), *_crowned(model))
+    if model.profiles is not None:
+        blocks = (*profile(model, model.profiles), *_crowned(model))
+        return blocks if model.planar is not None else (*blocks, *maps(model.flanks[0]))
     if not model.flanks:
         return ()
     first = model.flanks[0]
-    blocks: list[Block] = [extremes(model), lines(model, first)]
+    found: list[Block] = [extremes(model), lines(model, first)]
     if len(model.flanks) > 1:
         same = f"The plots show the track {first.track.name!r}; the table covers all {len(model.flanks)}."
-        blocks.insert(1, Text((same,)))
-    return (*blocks, *_crowned(model), *maps(first))
+        found.insert(1, Text((same,)))
+    return (*found, *_crowned(model), *maps(first))
 
 
 def _crowned(model: Model) -> tuple[Block, ...]:
@@ -205,13 +206,14 @@ def profile(model: Model, planar: Planar) -> tuple[Block, ...]:
     """Pressure angle and curvature where the cam is touched, the extremes of its profile, and a pair's residual."""
     phi = _angles(planar)
     angle = np.degrees(phi)
-    found = [(touch.name, touch.at(phi)) for touch in planar.touches]
-    bent = [(touch.name, touch.material * at.curve.curvature) for touch, (_, at) in zip(planar.touches, found)]
-    shown = [_angle_panel(model, planar, angle, found)] if planar.pressure_angle.value > FLAT else []
+    found = [(touch.where, touch.at(phi)) for touch in planar.touches]
+    bent = [(touch.where, touch.material * at.curve.curvature) for touch, (_, at) in zip(planar.touches, found)]
+    angles = [(touch.name, touch.at(phi)) for touch in planar.walls]  # the same at every height
+    shown = [_angle_panel(model, planar, angle, angles)] if planar.pressure_angle.value > FLAT else []
     if all(float(np.abs(values).max()) < STEEPEST for _, values in bent):
         lines = tuple(Series(name, angle, values) for name, values in bent)
         shown.append(Panel(Axis("Curvature of the profile", "1/mm", zero=True), lines))
-        rolling = [(touch.name, at) for touch, (_, at) in zip(planar.touches, found) if touch.rolling]
+        rolling = [(touch.where, at) for touch, (_, at) in zip(planar.touches, found) if touch.rolling]
         if rolling:
             lines = tuple(Series(name, angle, at.relative) for name, at in rolling)
             shown.append(Panel(Axis("Relative curvature of cam against roller", "1/mm", zero=True), lines))
@@ -245,6 +247,8 @@ def _shape_text(planar: Planar, drawn: bool) -> str:
         return text + ". It has a corner or a cusp, so its curvature has no bound: see the checks."
     if planar.pressure_angle.value <= FLAT:
         text += "; a face at right angles to its guide has no pressure angle"
+    if any(touch.lean for touch in planar.touches):
+        return text + ". The flank leans as its cone does: its profiles at both ends are shown."
     return text + ". Along the width of the cam nothing changes."
 
 

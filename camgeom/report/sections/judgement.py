@@ -156,11 +156,11 @@ def _motion(model: Model) -> Iterator[Figure]:
 
 
 def _flank(model: Model) -> Iterator[Figure]:
-    if model.planar is not None:
+    if model.profiles is not None:
         yield from _profile(model)
     if not model.flanks:
         return
-    if model.planar is None and (worst := model.pressure_angle):
+    if model.profiles is None and (worst := model.pressure_angle):
         limit = model.profile.limits.pressure_angle_deg
         note = _at(worst.cam_angle) + (f", limit {number(limit)}°" if limit else "")
         yield Figure("Largest pressure angle", degrees(worst.value), "°", note)
@@ -176,13 +176,13 @@ def _flank(model: Model) -> Iterator[Figure]:
 
 def _profile(model: Model) -> Iterator[Figure]:
     """The profile of a planar cam, by what touches it."""
-    if model.planar is None:
+    if model.profiles is None:
         return
-    top, limit = model.planar.pressure_angle, model.profile.limits.pressure_angle_deg
+    top, limit = model.profiles.pressure_angle, model.profile.limits.pressure_angle_deg
     if degrees(top.value) > PICOMETRE:
         note = _at(top.cam_angle) + (f", limit {number(limit)}°" if limit else "")
         yield Figure("Largest pressure angle", degrees(top.value), "°", note)
-    convex, hollow = model.planar.radii
+    convex, hollow = model.profiles.radii
     sharp = min((one for one in (convex, hollow) if one), key=lambda one: one.value, default=None)
     if sharp is not None:
         word = "convex" if sharp is convex else "hollow"
