@@ -7,9 +7,11 @@ which it becomes plain data.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from math import degrees, inf, isfinite, pi
-from typing import TYPE_CHECKING, Any, Protocol, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +19,7 @@ from numpy.typing import ArrayLike
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import Panels, highest
 from camgeom.mechanics.hertz import Beneath
 from camgeom.mechanics.load import FollowerForce
@@ -26,6 +29,8 @@ if TYPE_CHECKING:
     from camgeom.mechanics.contact import Stiffness
     from camgeom.mechanics.film import Film, Oil
     from camgeom.mechanics.finite_contact import PressurePatch
+    from camgeom.mechanics.finite_turn import FiniteTurn
+    from camgeom.mechanics.finite_turret import FiniteTurret
     from camgeom.mechanics.kept import Kept
     from camgeom.mechanics.rating import Rating
 
@@ -38,77 +43,106 @@ MEAN_OF_NOTHING = 1e-12
 """share of the largest torque below which a mean over the turn is the rounding of its sum"""
 
 
-class Duty(Protocol):
-    """One contact, or several that carry together, under load over one turn; arrays on the panels (p, n) of `force`."""
+class Duty(ABC):
+    """One contact, or several that carry together, under load over one turn; arrays on the panels (p, n) of `force`.
+
+    A carrier answers what differs; where it has nothing to say the answers are those of here.
+    """
 
     @property
+    @abstractmethod
     def force(self) -> FollowerForce:
         """Motion of the follower and the force, N, or torque, N mm, that it needs."""
 
     @property
+    @abstractmethod
     def contact_forces(self) -> Floats:
         """Normal force of every contact, N, (k, p, n), zero where it does not carry."""
 
     @property
+    @abstractmethod
     def torque(self) -> Floats:
         """Torque that the cam takes from its shaft, N mm, (p, n)."""
 
-    @property
+    @cached_property
     def peak_force(self) -> Extreme:
         """Largest normal force of a contact, N."""
+        return peak_of(self.force.panels, self.contact_forces.max(axis=0))
 
-    @property
+    @cached_property
     def peak_torque(self) -> Extreme:
         """Largest torque that the cam takes from its shaft or gives it, N mm, as a magnitude."""
+        return largest_of(self.force.panels, self.torque)
 
     @property
     def peak_pressure(self) -> Extreme | None:
         """Largest contact pressure, MPa, at its place along the roller; None where there is none (`no_stress`)."""
+        return None if self.no_stress else self.least_peak
 
     @property
+    @abstractmethod
     def no_stress(self) -> str:
         """Why there is no largest pressure, and what to give so that there is: a knife edge, a sharp end that bears."""
 
     @property
     def squared(self) -> tuple[str, Duty] | None:
         """Which key tilts its roller, and the duty of one that stands square to its flank; None where it does."""
+        return None
 
     @property
     def square_spot(self) -> float | None:
         """Pressure, MPa, where it is hardest, were rollers square to their flanks; None where no tilt is solved."""
+        return None
 
     @property
+    @abstractmethod
     def least_peak(self) -> Extreme | None:
         """A pressure, MPa, that is surely exceeded where none is the largest; None where nothing is known."""
 
     @property
+    @abstractmethod
     def peak_contact(self) -> Beneath | None:
         """Half-width and subsurface shear of that contact; None where no stress can be given."""
 
     @property
+    @abstractmethod
     def deepest_shear(self) -> Extreme | None:
         """Largest depth, mm, over the turn and along the contact, of the largest shear below it; None likewise."""
 
     @property
+    def finite(self) -> FiniteTurn | FiniteTurret | None:
+        """The contact on a half-space over the turn; None where it is rated as a line or an ellipse."""
+        return None
+
+    @property
     def least_shear(self) -> Extreme | None:
-        """A depth, mm, that the largest shear surely reaches where none is the deepest; None where nothing is known."""
+        """A depth, mm, that the largest shear surely reaches: the deepest, or as of a line below `least_peak`."""
+        peak = self.least_peak
+        if self.deepest_shear is not None or self.finite is None or peak is None:
+            return self.deepest_shear
+        return replace(peak, value=self.finite.hardest[1].bodies.line_depth(peak.value))
 
     @property
     def unheld(self) -> Extreme | None:
         """Largest force, N (N mm), that presses where no wall is; None where a wall is all round."""
+        return None
 
+    @abstractmethod
     def spot(self, at: Extreme) -> str:
         """A place on what presses the cam, in words: which contact, where along a roller, how much of it touches."""
 
-    @property
+    @cached_property
     def work(self) -> float:
         """Work of the cam over a turn, N mm: what all friction and applied forces consume."""
+        return float(self.force.panels.integral(self.torque))
 
     @property
     def kept(self) -> Kept | None:
         """What keeps the follower on a cam that pushes one way; None where both directions are driven."""
+        return None
 
     @property
+    @abstractmethod
     def lives(self) -> Mapping[str, float]:
         """Fatigue life, h, at the hardest place of each body that has one.
 
@@ -118,30 +152,38 @@ class Duty(Protocol):
     @property
     def meeting(self) -> Meeting | None:
         """How its contact comes to places of the cam that another's comes to; None where it has a wall of its own."""
+        return None
 
     @property
     def rating(self) -> Rating | None:
         """What is known of the bearing of its roller; None without a dynamic rating."""
+        return None
 
     @property
     def bearing(self) -> BearingLife | None:
         """Life of the hardest used roller's bearing; None without a rating."""
+        return None
 
+    @abstractmethod
     def film(self, oil: Oil) -> Film | None:
         """The film in the hardest contact and slice of every cam angle; None of a knife edge and without any load."""
 
     @property
+    @abstractmethod
     def rubbed(self) -> float:
         """Load times sliding way of all contacts over a turn, N mm; times a coefficient of friction their heat."""
 
     @property
+    @abstractmethod
     def rubbing(self) -> Mapping[str, float]:
         """Load per width, times sliding way over the way that a point is passed on, N/mm, summed over a turn at the
         hardest rubbed place of "roller" or "face" and "cam": times a wear rate, mm³/(N mm), its depth, mm."""
 
+    @abstractmethod
     def contact_data(self) -> dict[str, Any]:
         """Force, pressure and torque as plain data for result.json."""
 
+    @abstractmethod
     def fatigue_data(self) -> dict[str, Any]:
         """Fatigue lives of the surfaces as plain data for result.json."""
 

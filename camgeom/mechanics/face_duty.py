@@ -17,7 +17,7 @@ from camgeom.maths.extremum import Extreme, hardest
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import resolved
 from camgeom.mechanics.contact import Contact, line_contacts
-from camgeom.mechanics.duty import finite, hertz_data, largest_of, peak_of, torque_data
+from camgeom.mechanics.duty import Duty, finite, hertz_data, peak_of, torque_data
 from camgeom.mechanics.hertz import Beneath, beneath_line, line_depth, line_half_width
 from camgeom.mechanics.kept import Kept, zeroed
 from camgeom.mechanics.life import cam_life, check_strength, hours, swept_damage
@@ -41,7 +41,7 @@ FINE = 7200
 
 @final
 @immutable
-class FaceDuty:
+class FaceDuty(Duty):
     """A planar cam under load over one turn: its touches, what acts on the follower, and the two materials."""
 
     touches: tuple[Touch, ...]
@@ -133,7 +133,7 @@ class FaceDuty:
         return found
 
     @cached_property
-    def peak_pressure(self) -> Extreme | None:
+    def least_peak(self) -> Extreme | None:
         """Largest contact pressure, MPa, and the touch that has it; None for a knife edge."""
         peaks = [(name, contact.peak()) for name, contact in self.contacts.items()]
         if not peaks:
@@ -146,40 +146,10 @@ class FaceDuty:
         """Of a knife edge."""
         return "" if self.contacts else "a knife edge has no contact pressure: give the follower a face with a radius"
 
-    @property
-    def squared(self) -> None:
-        """Faces are not tilted."""
-        return None
-
-    @property
-    def square_spot(self) -> None:
-        """Faces are not tilted."""
-        return None
-
-    @property
-    def least_peak(self) -> Extreme | None:
-        """The largest pressure."""
-        return self.peak_pressure
-
     @cached_property
     def contact_forces(self) -> Floats:
         """Normal force of every touch, N, (k, p, n)."""
         return np.stack(list(self.normals.values()))
-
-    @cached_property
-    def peak_force(self) -> Extreme:
-        """Largest normal force of a touch, N."""
-        return peak_of(self.force.panels, self.contact_forces.max(axis=0))
-
-    @cached_property
-    def peak_torque(self) -> Extreme:
-        """Largest torque that the cam takes from its shaft or gives it, N mm, as a magnitude."""
-        return largest_of(self.force.panels, self.torque)
-
-    @cached_property
-    def work(self) -> float:
-        """Work of the cam over a turn, N mm: what friction, the guides' too, and applied forces consume."""
-        return float(self.force.panels.integral(self.torque))
 
     @cached_property
     def peak_contact(self) -> Beneath | None:
@@ -190,11 +160,6 @@ class FaceDuty:
         pressed = self.contacts[peak.where].pressure
         k = float(self.force.panels.limit(self._relative[peak.where], peak.cam_angle, pressed))
         return beneath_line(peak.value, k, pair_compliance(self.follower, self.cam)) if k > 0.0 else None
-
-    @property
-    def unheld(self) -> Extreme | None:
-        """None: only the groove of a drum runs out."""
-        return None
 
     @cached_property
     def deepest_shear(self) -> Extreme | None:
@@ -207,11 +172,6 @@ class FaceDuty:
             depths = line_depth(contact.pressure, np.where(k > 0.0, k, 1.0), pair)
             found.append(replace(peak_of(self.force.panels, depths), where=name))
         return hardest(found)
-
-    @property
-    def least_shear(self) -> Extreme | None:
-        """That: what is known of faces is the deepest."""
-        return self.deepest_shear
 
     def spot(self, at: Extreme) -> str:
         """The touch, and its length."""
@@ -296,18 +256,6 @@ class FaceDuty:
     @property
     def _compliance(self) -> float:
         return pair_compliance(self.follower, self.cam)
-
-    @property
-    def meeting(self) -> None:
-        """None: its touches are summed in its own lives."""
-
-    @property
-    def rating(self) -> None:
-        """None, likewise."""
-
-    @property
-    def bearing(self) -> None:
-        """None: a roller's bearing is judged with its roller (`roller_duty`)."""
 
     def torque_data(self) -> dict[str, Any]:
         """Torque of the camshaft over all touches as plain data."""

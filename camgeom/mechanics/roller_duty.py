@@ -21,11 +21,11 @@ from camgeom.mechanics.contact import Contact, PressurePeak, Stiffness, line_con
 from camgeom.mechanics.duty import (
     MILLI,
     TILT,
+    Duty,
     Meeting,
     finite,
     hertz_data,
     inside_data,
-    largest_of,
     length_data,
     patch_data,
     peak_of,
@@ -61,7 +61,7 @@ WITHIN = 41
 
 @final
 @immutable
-class RollerDuty:
+class RollerDuty(Duty):
     """One roller under load over one turn.
 
     track   the roller's track; `station` its meridian parameter at the middle of the contact, where force and path are
@@ -469,13 +469,6 @@ class RollerDuty:
         m = int(np.argmax(value))
         return Extreme(float(value[m]), float(angle[m]), self._at(self.slice_places[m], float(angle[m]), depths[m]))
 
-    @property
-    def least_shear(self) -> Extreme | None:
-        """A depth that the largest shear surely reaches, mm: the deepest, or as of a line below `least_peak`."""
-        if self.deepest_shear is not None or self.finite is None:
-            return self.deepest_shear
-        return replace(self.least_peak, value=self.finite.hardest[1].bodies.line_depth(self.least_peak.value))
-
     def spot(self, at: Extreme) -> str:
         """A place on the roller in words, and how much of it touches there where that is not all."""
         touching = self._at(self.pressing.touching, at.cam_angle)
@@ -618,30 +611,9 @@ class RollerDuty:
         return np.abs(self.normal)[None]
 
     @cached_property
-    def peak_force(self) -> Extreme:
-        """Largest normal force, N."""
-        return peak_of(self.force.panels, np.abs(self.normal))
-
-    @cached_property
     def quoted_force(self) -> Extreme:
         """The same as if all of it acted at the place where the classical figures are quoted."""
         return self.peak_force if self.at is None else peak_of(self.force.panels, np.abs(self.quoted.normal))
-
-    @cached_property
-    def peak_torque(self) -> Extreme:
-        """Largest torque that the cam takes from its shaft or gives it, N mm, as a magnitude."""
-        return largest_of(self.force.panels, self.torque)
-
-    @cached_property
-    def work(self) -> float:
-        """Work of the cam over a turn, N mm: what friction, the guides' too, and applied forces consume."""
-        return float(self.force.panels.integral(self.torque))
-
-    @cached_property
-    def peak_pressure(self) -> Extreme | None:
-        """Largest contact pressure, MPa, of all slices and the quoted place; infinite where the roller undercuts a wall
-        that it loads, None where a sharp end bears."""
-        return None if self.no_stress else self.least_peak
 
     @cached_property
     def hardest_pressure(self) -> Floats:

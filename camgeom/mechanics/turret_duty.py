@@ -34,10 +34,10 @@ from camgeom.mechanics.contact import share_load
 from camgeom.mechanics.duty import (
     MILLI,
     TILT,
+    Duty,
     finite,
     hertz_data,
     inside_data,
-    largest_of,
     length_data,
     patch_data,
     slice_data,
@@ -78,7 +78,7 @@ and a tenth of the load lowers it by about a sixth"""
 
 @final
 @immutable
-class TurretDuty:
+class TurretDuty(Duty):
     """The turret under load over one cam turn.
 
     load     torque on the turret
@@ -541,10 +541,6 @@ class TurretDuty:
         lives = {} if self.no_stress else {"roller": self.roller_life, "cam": self.cam_life}
         return lives if self.bearing is None else lives | {"bearing": self.bearing.judged_h}
 
-    @property
-    def meeting(self) -> None:
-        """None: a place of the cam meets one roller in a turn."""
-
     def film(self, oil: Oil) -> Film | None:
         """The film of the thinnest slice of all rollers; None without load and where a wall is undercut."""
         from camgeom.mechanics.film import line_film, thinnest
@@ -597,25 +593,10 @@ class TurretDuty:
         return Extreme(float(self.roller_load[at].max()), float(self.theta[at]))
 
     @cached_property
-    def peak_torque(self) -> Extreme:
-        """Largest torque that the cam takes from its shaft or gives it, N mm, as a magnitude."""
-        return largest_of(self.force.panels, self.torque)
-
-    @cached_property
-    def work(self) -> float:
-        """Work of the cam over a turn, N mm."""
-        return float(self.force.work())
-
-    @cached_property
     def _hardest(self) -> tuple[int, int, int]:
         """Sample point, roller and slice of the largest pressure."""
         n, k, m = np.unravel_index(int(np.argmax(self.pressure)), self.pressure.shape)
         return int(n), int(k), int(m)
-
-    @property
-    def peak_pressure(self) -> Extreme | None:
-        """Largest contact pressure of all slices of all rollers, MPa; None where a sharp end bears."""
-        return None if self.no_stress else self.least_peak
 
     @property
     def hardest_contact(self) -> tuple[int, float, int]:
@@ -700,11 +681,6 @@ class TurretDuty:
         k = float(self._walls(self.engagement.curvature)[self._hardest])
         return beneath_line(pressure, k if k > 0.0 else 1.0, pair_compliance(self.roller, self.cam))
 
-    @property
-    def unheld(self) -> Extreme | None:
-        """None: only the groove of a drum runs out."""
-        return None
-
     @cached_property
     def deepest_shear(self) -> Extreme | None:
         """Where the largest shear lies deepest over the turn, all rollers and slices, mm; None where one undercuts."""
@@ -719,23 +695,12 @@ class TurretDuty:
         place = float(self._walls(self.engagement.place)[(n, *at)])
         return Extreme(float(depth.max(initial=0.0)), float(self.theta[n]), place)
 
-    @property
-    def least_shear(self) -> Extreme | None:
-        """A depth that the largest shear surely reaches, mm: the deepest, or as of a line below `least_peak`."""
-        if self.deepest_shear is not None or self.finite is None:
-            return self.deepest_shear
-        return replace(self.least_peak, value=self.finite.hardest[1].bodies.line_depth(self.least_peak.value))
-
     def spot(self, at: Extreme) -> str:
         """A place on the rollers, in words, and how much of the hardest pressed one touches."""
         n = int(np.argmin(np.abs(self.theta - at.cam_angle)))
         touching = float(self._cover[n, int(np.argmax(self.pressure[n].max(axis=1)))].sum())
         share = f", {touching:.4g} of {self._length:.4g} mm touch" if touching < (1.0 - 1e-4) * self._length else ""
         return f"at {at.place:.4g} mm along the roller axis{share}"
-
-    @property
-    def kept(self) -> None:
-        """None: the turret is driven both ways."""
 
     @property
     def preload_pressure(self) -> float:
