@@ -26,10 +26,9 @@ from camgeom.solid.pocket import EdgePlate, PocketPlate
 from camgeom.solid.prism import Loop
 from camgeom.track import TURN, Joint, Slide, Swing, Track
 from camgeom.track.carriage import Carriage
-from camgeom.track.edge import EdgeOutline
 from camgeom.track.follower import Mass, Setup, SwingingFollower, TranslatingFollower
 from camgeom.track.outline import Outline, PolygonOutline
-from camgeom.track.pocket import PocketOutline
+from camgeom.track.plate import EdgeOutline, PocketOutline
 
 NO_IMPACT = "impacts in the groove of a plate that turns round are not solved so far"
 NO_SHAFT = "the drive of a linear cam moves its plate too, of which nothing is in it: vibration takes it as rigid"

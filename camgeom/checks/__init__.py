@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Literal, TypeVar, final
 from camgeom.checks.verdict import RANK, Finding, Level, Loads, NotJudged, Verdict, judged, life_told
 from camgeom.errors import DesignError, NotConverged, Unmade, unmade
 from camgeom.immutable import immutable
-from camgeom.maths.overflow import within_range
+from camgeom.maths import within_range
 
 if TYPE_CHECKING:
     from camgeom.mechanics.duty import Duty

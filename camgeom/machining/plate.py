@@ -18,8 +18,7 @@ from camgeom.solid.mechanism import Mechanism
 from camgeom.solid.pocket import EdgePlate, PocketPlate
 from camgeom.track import TURN, Track
 from camgeom.track.carriage import Carriage
-from camgeom.track.edge import EdgeOutline
-from camgeom.track.pocket import PocketOutline
+from camgeom.track.plate import EdgeOutline, PocketOutline
 
 
 @final

@@ -1,16 +1,25 @@
-"""Mathematics without cam words: screws, surfaces, meshes, extremes, sampling, curves, creases."""
+"""Mathematics without cam words: screws, surfaces, meshes, extremes, sampling, curves, creases.
+
+Arithmetic that leaves the range of numbers is an answer that was not found, never a warning and never a NaN.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.errors import NotConverged
+
 Floats = npt.NDArray[np.float64]
 """An array of floats, of any shape."""
 Number = TypeVar("Number", np.float64, np.int32, np.int64, np.intp)
+DOMAIN = ("math domain error", "math range error")
+"""what the functions of `math` say where they have no value"""
 
 
 def distinct(values: npt.NDArray[Number]) -> npt.NDArray[Number]:
@@ -46,3 +55,25 @@ def gauss_rule(count: int) -> tuple[Floats, Floats]:
     nodes.setflags(write=False)
     weights.setflags(write=False)
     return nodes, weights
+
+
+@contextmanager
+def within_range(what: str) -> Iterator[None]:
+    """Raise NotConverged where something computed inside overflows, has no real value, or a matrix has no inverse."""
+    try:
+        with np.errstate(over="raise", divide="raise", invalid="raise"):
+            yield
+    except (ArithmeticError, np.linalg.LinAlgError) as error:
+        raise _lost(what, error) from error
+    except ValueError as error:
+        if str(error) not in DOMAIN:
+            raise
+        raise _lost(what, error) from error
+
+
+def _lost(what: str, error: Exception) -> NotConverged:
+    reason = " ".join(str(error).split())
+    return NotConverged(
+        f"{what}: the numbers leave their range ({reason}): some keys of the profile are out of proportion to the "
+        "others; look at the smallest and the largest of its lengths, masses, stiffnesses and speeds"
+    )

@@ -21,8 +21,6 @@ from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property, frozen
-from camgeom.model import arrays
-from camgeom.model.arrays import MotionArrays
 from camgeom.model.body import Body, MassProperties
 from camgeom.model.facts import TWIN, Ledger, Observer, Sealed, fact
 from camgeom.profile import Profile, Readable, given
@@ -53,6 +51,7 @@ if TYPE_CHECKING:
     from camgeom.mechanics.roller_duty import RollerDuty
     from camgeom.mechanics.slide_drive import SlideDrive
     from camgeom.mechanics.turret_duty import TurretDuty
+    from camgeom.model.arrays import MotionArrays
     from camgeom.model.output import ShaftDemand
     from camgeom.model.together import Shaft
     from camgeom.profile.duty import RunningState
@@ -935,6 +934,8 @@ class Model(Sealed):
 
     def motion(self, theta: npt.ArrayLike | None = None) -> MotionArrays:
         """Position and derivatives per rad, arrays (n,), at cam angles theta (n,), rad; default 721 round a turn."""
+        from camgeom.model import arrays
+
         return arrays.motion(self, theta)
 
     def pitch_curve(self, theta: npt.ArrayLike | None = None, track: int = 0) -> Floats:
@@ -942,6 +943,8 @@ class Model(Sealed):
 
         Of a planar cam this is its pitch curve. Raises DesignError for a follower without a roller.
         """
+        from camgeom.model import arrays
+
         return arrays.pitch_curve(self, theta, track)
 
     def outline(self, theta: npt.ArrayLike | None = None, touch: int = 0) -> Floats:
@@ -950,6 +953,8 @@ class Model(Sealed):
         `touch` numbers what touches the cam: a pair or a face groove has two. (`model.profile` is what the file says.)
         Raises DesignError for cams whose profile is no plane curve.
         """
+        from camgeom.model import arrays
+
         return arrays.outline(self, theta, touch)
 
     def flank(
@@ -961,6 +966,8 @@ class Model(Sealed):
         Of the result: `points` (n, m, 3) mm in the cam frame, `normals` (n, m, 3) from the roller into the cam,
         `pressure_angle()` (n, m) rad, `k_rel` (n, m) 1/mm (relative curvature). Raises DesignError without a roller.
         """
+        from camgeom.model import arrays
+
         return arrays.flank(self, side, theta, stations, track)
 
     def plot(self, axes: Any = None) -> Any:
@@ -969,6 +976,8 @@ class Model(Sealed):
         Position mm (rad), velocity, acceleration and jerk over the cam angle, deg: per second where the profile has a
         speed, else per rad. Raises CamgeomError where matplotlib is not installed.
         """
+        from camgeom.model import arrays
+
         return arrays.plot(self, axes)
 
     def __repr__(self) -> str:

@@ -7,8 +7,8 @@ from threading import RLock
 from time import perf_counter
 from typing import Any, Generic, Protocol, TypeVar, overload
 
+from camgeom.maths import within_range
 from camgeom.maths.frozen import again, frozen, told
-from camgeom.maths.overflow import within_range
 
 T = TypeVar("T")
 TWIN = "_twin"

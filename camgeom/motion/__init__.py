@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from camgeom.motion.law import LAWS, Claims, Ends, Parameter, make
-    from camgeom.motion.program import Program
-    from camgeom.motion.segment import Segment
+    from camgeom.motion.program import Program, Segment
     from camgeom.motion.table import Piece
 
 __all__ = ["LAWS", "Claims", "Ends", "Parameter", "Piece", "Program", "Segment", "make"]
 
-_HOME = {"Program": "program", "Segment": "segment", "Piece": "table"}
+_HOME = {"Program": "program", "Segment": "program", "Piece": "table"}
 
 
 def __getattr__(name: str) -> Any:

@@ -11,7 +11,7 @@ import numpy as np
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
 from camgeom.motion.law import LAWS, Ends, LawEntry, ParamValue
-from camgeom.motion.segment import TURN, Segment, Span
+from camgeom.motion.program import TURN, Segment, Span
 
 HIGHEST = 3
 """Derivatives that can be carried over: velocity, acceleration, jerk."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.immutable import immutable
-from camgeom.maths.overflow import within_range
+from camgeom.maths import within_range
 from camgeom.report.data.geometry import blank_data, flank_data, motion_data, solid_data
 from camgeom.report.figures import VERSION
 from camgeom.report.products import Products

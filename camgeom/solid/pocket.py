@@ -8,7 +8,7 @@ from camgeom.maths import Floats
 from camgeom.solid import TOUCHED, QuickPart, Solid, stated
 from camgeom.solid.builder import Builder, cap
 from camgeom.solid.prism import Loop, outline_grid, raised, wall
-from camgeom.track.edge import FIRST, LAST, EdgeOutline
+from camgeom.track.plate import FIRST, LAST, EdgeOutline
 
 
 @immutable

@@ -16,8 +16,7 @@ from camgeom.maths import Floats
 from camgeom.maths.extremum import bracketed_root
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.composed import composed, place
-from camgeom.motion.program import Program, Segment
-from camgeom.motion.segment import TURN
+from camgeom.motion.program import TURN, Program, Segment
 
 
 @final

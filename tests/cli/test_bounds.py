@@ -21,8 +21,7 @@ from camgeom.dynamics.linear.budget import Purse
 from camgeom.dynamics.linear.solve import _hopeless
 from camgeom.errors import NotConverged, Problem, ProfileError, visible
 from camgeom.inspection.points import read_points
-from camgeom.maths import Floats
-from camgeom.maths.overflow import within_range
+from camgeom.maths import Floats, within_range
 from camgeom.maths.panels import panels, resolved
 from camgeom.model import Model
 from camgeom.motion.own import load_laws

@@ -8,7 +8,7 @@ import camgeom
 from camgeom.drawing.content import Table, Text
 from camgeom.errors import ProfileError
 from camgeom.report.result import compute
-from camgeom.report.sections.source import source
+from camgeom.report.sections.record import source
 from camgeom.validation import SOURCES
 from tests.places import PROFILES
 

@@ -18,8 +18,7 @@ from camgeom.design.batch.variants import Variants
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
-from camgeom.motion.program import ANGLE_SLIP, LEAST_WIDTH, MOST_LIFT
-from camgeom.motion.segment import TURN
+from camgeom.motion.program import ANGLE_SLIP, LEAST_WIDTH, MOST_LIFT, TURN
 
 Ints = NDArray[np.intp]
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from camgeom.dynamics.linear.method import Collocated, Method, System
 from camgeom.errors import NotConverged
+from camgeom.maths import within_range
 from camgeom.maths.frozen import frozen
-from camgeom.maths.overflow import within_range
 
 T = TypeVar("T")
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, final
 
 from camgeom.drawing.content import Block, Chapter, Page, Text
 from camgeom.errors import Problem, ProfileError
-from camgeom.maths.overflow import within_range
+from camgeom.maths import within_range
 from camgeom.report.products import Products
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ SECTIONS = (
     SectionEntry("cutter", "Cutter data", "cutter:cutter"),
     SectionEntry("tolerance", "Tolerances", "tolerance:tolerance"),
     SectionEntry("validation", "Validation", "record:validation"),
-    SectionEntry("source", "The source, recomputed", "source:source"),
+    SectionEntry("source", "The source, recomputed", "record:source"),
     SectionEntry("parameters", "Parameters", "record:parameters"),
     SectionEntry("cost", "What was computed", "record:cost"),
 )

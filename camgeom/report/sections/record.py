@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camgeom.drawing.content import Block, Cell, Column, Cost, Table
+from camgeom.drawing.content import Block, Cell, Column, Cost, Table, Text
 from camgeom.drawing.sheet import number
 from camgeom.errors import CamgeomError
 from camgeom.keys import Section
@@ -157,6 +157,27 @@ def product_table(products: Iterable[Product]) -> Table:
     rows = tuple((one.name, one.status, ", ".join((*one.files, *filter(None, [one.reason])))) for one in products)
     columns = (Column("Product"), Column("Status"), Column("Files, or the reason"))
     return Table("What was asked for, and what became of it", columns, rows)
+
+
+def source(model: Model) -> tuple[Block, ...]:
+    """The results of the source with their verdicts and reasons; nothing of a profile that names none.
+
+    They are computed from the source's own data, whatever the profile says beside them.
+    """
+    name = model.profile.reproduces
+    if name is None:
+        return ()
+    from camgeom.validation import source_named, validate
+    from camgeom.validation.page import results
+
+    document = source_named(name)
+    rows, left = validate((document,), slow=False), sum(entry.slow for entry in document.entries)
+    more = f", among them {left} more that take some seconds" if left else ""
+    text = (
+        f"{document.title}. {document.reference}. Computed from the data that the source prints, whatever this profile "
+        f"says beside them; camgeom validate {name} --out DIR draws its figures anew and has all results{more}."
+    )
+    return (Text((text,)), *results(document, rows))
 
 
 def parameters(model: Model) -> tuple[Block, ...]:

@@ -1,7 +1,8 @@
-"""The cycle that a machine asks for: how fast the follower moves, how often, and how long it holds its far position.
+"""The motion: no jump of velocity or acceleration, and the cycle that a machine asks for: how fast, often and long.
 
-Switch testers are the case at hand (GB 14048-2008, cited in doi 10.3969/j.issn.1005-2895.2014.02.011): 50 to 150 mm/s,
-at most 60 operations a minute, closed for 10 to 50 % of the cycle. A limit that is not given is not asked for.
+Continuity is a selection rule of T/WLJC 15-2018. Of the cycle switch testers are the case at hand (GB 14048-2008, cited
+in doi 10.3969/j.issn.1005-2895.2014.02.011): 50 to 150 mm/s, at most 60 operations a minute, closed for 10 to 50 % of
+the cycle. A limit that is not given is not asked for.
 """
 
 from __future__ import annotations
@@ -12,14 +13,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.checks import NO_OPERATION, refuse_coarse, solved
-from camgeom.checks.verdict import Comparison, Finding, NotJudged, judged
+from camgeom.checks import NO_OPERATION, check, refuse_coarse, solved
+from camgeom.checks.verdict import Comparison, Finding, Level, NotJudged, judged
 from camgeom.errors import NotConverged
 from camgeom.track import TURN
 
 if TYPE_CHECKING:
     from camgeom.model import Model
+    from camgeom.motion.program import Continuity
 
+WORDS = ("lift", "velocity", "acceleration", "jerk")
 Peak = tuple[float, float, str]
 """value, mm/s (deg/s), its cam angle, rad, and whose motion it is"""
 SOLVED = {False: {"velocity": ""}, True: {"turret_velocity": ", of the turret", "load_velocity": ", of its load"}}
@@ -28,6 +31,24 @@ AT_STROKE = 1e-9
 """share of the stroke within which a dwell is at its far end"""
 FASTER = "a smaller stroke, a longer motion, a law of lower peak velocity, or a lower speed"
 SLOWER = "a larger stroke, a shorter motion, or a higher speed"
+
+
+@check("continuity")
+def continuity(model: Model) -> Iterable[Finding]:
+    """Order of continuity of the program, and of how a plate is driven; 2 (continuous acceleration) is wanted."""
+    join = "use a law with continuous acceleration, or join moving segments by a polynomial"
+    yield _smooth(model.setup.program.continuity, f"jumps in {{}}; {join}")
+    if model.mechanism.carriage is not None:
+        turn = "the force on plate and slide jumps with the {}; use a cam.drive whose acceleration begins and ends at "
+        even = "0, or, of a simple harmonic, cam.drive_out = 180"
+        yield _smooth(model.mechanism.carriage.drive.continuity, turn + even, "the plate's drive", "warn")
+
+
+def _smooth(found: Continuity, advice: str, where: str = "", worst: Level = "fail") -> Finding:
+    bad = [jump for jump in found.jumps if jump.order <= 2]
+    places = ", ".join(f"{WORDS[j.order]} at {degrees(j.angle):.6g} deg" for j in bad[:6])
+    return judged("continuity", float(found.order), ">=", 2.0, "order", advice.format(places),
+                  cam_angle=bad[0].angle if bad else None, where=where, worst=worst)  # fmt: skip
 
 
 @solved("velocity", "operation", slow=True)
