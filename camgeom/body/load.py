@@ -28,7 +28,6 @@ from camgeom.solid.prism import Prism
 from camgeom.track import TURN
 from camgeom.track.flank import Flank
 
-Index = npt.NDArray[np.int64]
 ALONG = 24
 """integration points along the contact line"""
 PER_TURN = 720

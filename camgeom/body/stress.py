@@ -14,7 +14,6 @@ from math import degrees
 from typing import Any, Protocol, final
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.body.cut import Cut
 from camgeom.body.groove import Walled
@@ -29,7 +28,6 @@ from camgeom.mechanics.material import Material
 from camgeom.mechanics.roller_duty import RollerDuty
 from camgeom.track import TURN
 
-Index = npt.NDArray[np.int64]
 ANGLES = 72
 """cam angles of the curve, and planes of its mesh"""
 NEAR = 1e-9

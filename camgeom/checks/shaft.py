@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from camgeom.maths.extremum import Extreme
     from camgeom.mechanics.slide_drive import SlideDrive
     from camgeom.model import Model
-    from camgeom.model.output import ShaftDemand
+    from camgeom.model.loaded import ShaftDemand
 
 TORQUE = "less mass, force or speed, more angle for the motion, a smoother law, or a stronger drive"
 FORCE = "less mass, load or speed, a gentler motion, or a smoother or longer way round of the plate's drive"

@@ -164,6 +164,16 @@ class AlongTrack:
     side: float | None
 
     @property
+    def name(self) -> str:
+        """What it makes."""
+        return f"{self.track.name}, centre" if self.side is None else flank_name(self.track, self.side)
+
+    @property
+    def height(self) -> float:
+        """Length of the tool in the cut, mm."""
+        return depth_of(self.track)
+
+    @property
     def closed(self) -> bool:
         """True where it ends where it starts."""
         return self.track.closed
@@ -215,16 +225,6 @@ class CentrePath(AlongTrack):
     side: None = None
 
     @property
-    def name(self) -> str:
-        """What it makes."""
-        return f"{self.track.name}, centre"
-
-    @property
-    def height(self) -> float:
-        """Length of the tool in the cut, mm."""
-        return depth_of(self.track)
-
-    @property
     def room(self) -> float | None:
         """None at all."""
         return 0.0
@@ -261,16 +261,6 @@ class FlankPath(AlongTrack):
     way: WayOfPath = "flank"
     axis: AxisRule = "roller"
     start: float = 0.0
-
-    @property
-    def name(self) -> str:
-        """What it makes."""
-        return flank_name(self.track, self.side)
-
-    @property
-    def height(self) -> float:
-        """Length of the tool in the cut, mm."""
-        return depth_of(self.track)
 
     @property
     def room(self) -> float | None:
@@ -347,16 +337,6 @@ class SidePath(AlongTrack):
     radius: float
     stock: float
     start: float = 0.0
-
-    @property
-    def name(self) -> str:
-        """What it makes."""
-        return flank_name(self.track, self.side)
-
-    @property
-    def height(self) -> float:
-        """Depth of the wheel in the cut, mm."""
-        return depth_of(self.track)
 
     @property
     def room(self) -> float | None:

@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from camgeom.mechanics.slide_drive import SlideDrive
     from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.model.arrays import MotionArrays
-    from camgeom.model.output import ShaftDemand
+    from camgeom.model.loaded import ShaftDemand
     from camgeom.model.together import Shaft
     from camgeom.profile.duty import RunningState
     from camgeom.solid import Part, Solid
@@ -577,7 +577,7 @@ class Model(Sealed):
         spec = self.profile.output_shaft_spec
         if spec is None:
             return None
-        from camgeom.model.output import output_of
+        from camgeom.model.loaded import output_of
 
         return output_of(self, spec)
 
@@ -899,6 +899,8 @@ class Model(Sealed):
     @fact
     def apart(self) -> Extreme | None:
         """Least distance between the rollers of two followers over the turn, mm; None of one follower."""
+        if len(self.bindings) < 2:
+            return None
         from camgeom.model.together import least_apart
 
         return least_apart(self.bindings)

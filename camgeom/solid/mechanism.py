@@ -13,7 +13,6 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
@@ -37,8 +36,6 @@ if TYPE_CHECKING:
     from camgeom.track.sliding import Slider
     from camgeom.track.touch import Touch
     from camgeom.track.turret import Beside
-
-Mask = npt.NDArray[np.bool_]
 
 
 class Drive(Enum):

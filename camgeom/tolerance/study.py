@@ -24,7 +24,6 @@ from camgeom.tolerance.worst import Worst
 if TYPE_CHECKING:
     from camgeom.tolerance.edge import Edge
 
-LIMITS = ("dwell", "motion", "backlash")
 WEAR = (0.001, 0.002, 0.005, 0.01, 0.02)
 """mm of wear, roller and flank together, that are told"""
 ALONE, TRIAL = 4096, 20_480

@@ -7,7 +7,6 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
@@ -22,7 +21,6 @@ MET = 1e-13
 PLACES = 28
 """places along the roller between which the ends of the wall are sought: what is shorter and meets none of them, as a
 roller comes or goes, counts for nothing"""
-Mask = npt.NDArray[np.bool_]
 Within = Callable[[Floats], Floats]
 """how deep contact points (3, ...) lie within what bounds the cam's walls, mm: negative beside it"""
 

@@ -43,8 +43,6 @@ SPEEDS = 401
 MOST_EVENTS = 12
 HAIR = 1e-9
 """rad"""
-MOST_ROWS = 24
-"""impacts listed one by one"""
 
 
 def dynamics(model: Model) -> tuple[Block, ...]:
