@@ -31,15 +31,14 @@ MOST_BYTES = 4_000_000
 
 def run(arguments: argparse.Namespace, console: Console) -> int:
     """Design, print the reasons and write the profile; returns the exit status."""
-    from camgeom.export.files import atomic_write
+    from camgeom.export.files import write_whole
 
     if arguments.kind not in KINDS:
         raise UsageError(f"design: unknown kind {arguments.kind[:60]!r}; known: {', '.join(KINDS)}")
     _refuse_idle(arguments)
     made = _globoidal(arguments) if arguments.kind == "globoidal" else _smallest(arguments)
     if arguments.file:
-        with atomic_write(Path(arguments.file)) as file:
-            file.write(made.text.encode())
+        write_whole(Path(arguments.file), made.text)
     if arguments.json:
         data = {
             "choices": [asdict(choice) for choice in made.choices],

@@ -82,11 +82,10 @@ def _mm(value: float) -> str:
 
 def _written(folder: Path, data: dict[str, Any], found: Inspection) -> list[Path]:
     """inspection.json and inspection.csv, each whole or not at all."""
-    from camgeom.export.files import atomic_write
+    from camgeom.export.files import atomic_write, write_whole
 
     files = [folder / "inspection.json", folder / "inspection.csv"]
-    with atomic_write(files[0]) as stream:
-        stream.write((json.dumps(data, indent=2, allow_nan=False) + "\n").encode())
+    write_whole(files[0], json.dumps(data, indent=2, allow_nan=False) + "\n")
     feet = found.feet
     table = np.column_stack(
         [np.degrees(found.angles), found.stations, found.points.T, feet.x.T, feet.n.T, found.deviation, found.kept]

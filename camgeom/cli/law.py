@@ -238,7 +238,7 @@ def written(
     folder: Path, found: Best, keys: dict[str, Any], points: list[tuple[float, float, float]]
 ) -> list[Path]:
     """The law as a segment (TOML), as a table (CSV) and on a page; each file appears whole or not at all."""
-    from camgeom.export.files import atomic_write
+    from camgeom.export.files import write_whole
     from camgeom.motion.table import PieceTable
     from camgeom.report.page import render
 
@@ -255,8 +255,7 @@ def written(
     }
     paths = []
     for name, content in contents.items():
-        with atomic_write(folder / name) as stream:
-            stream.write(content.encode())
+        write_whole(folder / name, content)
         paths.append(folder / name)
     return paths
 

@@ -31,7 +31,7 @@ from camgeom.drawing.content import (
     Table,
     Text,
 )
-from camgeom.export.files import atomic_write
+from camgeom.export.files import write_whole
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.profile.text import dump
@@ -100,8 +100,7 @@ class Told:
         if found:
             for name, content in self.wanted.study([self.members[0].values], nothing).copies():
                 for place in (folder, self.folder):
-                    with atomic_write(place / name) as stream:
-                        stream.write(content)
+                    write_whole(place / name, content)
         return found
 
     def _write_chosen(self) -> Path:
@@ -114,8 +113,7 @@ class Told:
         head = f"# {which} of a front of {self.wanted.file}: {sought}\n"
         head += "".join(f"# {one.axis.key} was free\n" for one in self.wanted.free)
         head += "".join(f"# {one.key} was tied\n" for one in self.wanted.ties)
-        with atomic_write(path) as stream:
-            stream.write((head + "\n" + dump(data)).encode())
+        write_whole(path, head + "\n" + dump(data))
         return path
 
     def _data(self, profiles: Sequence[Path], files: Sequence[Path]) -> dict[str, Any]:
@@ -189,8 +187,7 @@ class Told:
 
     def _write_page(self) -> Path:
         path = self.folder / "front.html"
-        with atomic_write(path) as stream:
-            stream.write(render(self.page()).encode())
+        write_whole(path, render(self.page()))
         return path
 
     def page(self) -> Page:

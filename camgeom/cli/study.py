@@ -211,14 +211,13 @@ def as_table(study: Study, rows: list[Row]) -> list[dict[str, Any]]:
 
 def write_csv(table: list[dict[str, Any]], path: Path) -> Path:
     """The records as CSV, numbers with all their digits; the file appears whole or not at all."""
-    from camgeom.export.files import atomic_write
+    from camgeom.export.files import write_whole
 
     text = io.StringIO()
     writer = csv.DictWriter(text, list(table[0]), lineterminator="\n")
     writer.writeheader()
     writer.writerows({key: "" if value is None else value for key, value in record.items()} for record in table)
-    with atomic_write(path) as stream:
-        stream.write(text.getvalue().encode())
+    write_whole(path, text.getvalue())
     return path
 
 
@@ -232,12 +231,11 @@ def write_page(
     figures: Sequence[str] = (),
 ) -> Path:
     """The page with the plots; the file appears whole or not at all."""
-    from camgeom.export.files import atomic_write
+    from camgeom.export.files import write_whole
     from camgeom.report.page import render
 
     text = render(page(study, rows, name, table, counts, figures))
-    with atomic_write(path) as stream:
-        stream.write(text.encode())
+    write_whole(path, text)
     return path
 
 

@@ -121,10 +121,9 @@ def new(arguments: argparse.Namespace, console: Console) -> int:
     if path is None:
         console.out(text.rstrip("\n"))
         return 0
-    from camgeom.export.files import atomic_write
+    from camgeom.export.files import write_whole
 
-    with atomic_write(path) as stream:
-        stream.write(text.encode())
+    write_whole(path, text)
     console.out(f"wrote {path}")
     return 0
 

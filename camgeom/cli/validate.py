@@ -72,7 +72,7 @@ def _json(rows: Sequence[JudgedEntry]) -> str:
 
 def _written(folder: Path, sources: Sequence[Source], rows: Sequence[JudgedEntry], console: Console) -> list[Path]:
     """The page as HTML, with the figures, and as Markdown, and the data, each whole or not at all."""
-    from camgeom.export.files import atomic_write
+    from camgeom.export.files import write_whole
     from camgeom.report.page import render
     from camgeom.validation.figures import figures
     from camgeom.validation.page import markdown, page
@@ -88,6 +88,5 @@ def _written(folder: Path, sources: Sequence[Source], rows: Sequence[JudgedEntry
         "validation.json": _json(rows) + "\n",
     }
     for name, text in texts.items():
-        with atomic_write(folder / name) as stream:
-            stream.write(text.encode())
+        write_whole(folder / name, text)
     return [folder / name for name in texts]

@@ -79,10 +79,9 @@ class Parts:
         return {name: sha256(json.dumps(value, sort_keys=True).encode()).hexdigest() for name, value in plain.items()}
 
     def _note(self, digests: Mapping[str, str]) -> None:
-        from camgeom.export.files import atomic_write
+        from camgeom.export.files import write_whole
 
-        with atomic_write(self.folder / MANIFEST) as stream:
-            stream.write(json.dumps(digests, indent=1).encode())
+        write_whole(self.folder / MANIFEST, json.dumps(digests, indent=1))
 
     @property
     def written(self) -> list[range]:

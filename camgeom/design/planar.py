@@ -352,23 +352,3 @@ def with_key(text: str, table: str, key: str, value: float) -> str:
     else:
         lines.insert(first + 1, f"{key} = {value:.12g}")
     return "\n".join(lines) + "\n"
-
-
-__all__ = [
-    "Balance",
-    "PlanarLimits",
-    "asking",
-    "balance",
-    "best_offset",
-    "design",
-    "largest_pressure",
-    "margins",
-    "smallest_base_radius",
-    "smallest_flat_base",
-    "smallest_prime_radius",
-    "smallest_radius",
-    "tool_path",
-    "unit_of",
-    "wanted_of",
-    "with_key",
-]

@@ -25,7 +25,7 @@ import numpy as np
 
 from camgeom.errors import CamgeomError, ExportError, not_installed
 from camgeom.export import writer
-from camgeom.export.files import atomic_write, moment
+from camgeom.export.files import moment, write_whole
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.curves import PlaneCurve, Polyline, Role, Spline, chords, fitted
@@ -98,9 +98,7 @@ def write_dxf(path: Path, model: Model, deviation: float = DEVIATION, chord: flo
     written = StringIO()
     document.write(written)
     text = _dated(written.getvalue())
-    with atomic_write(path) as stream:
-        stream.write(text.encode("utf-8", "surrogateescape"))
-        return stream.tell()
+    return write_whole(path, text.encode("utf-8", "surrogateescape"))
 
 
 def _dated(text: str) -> str:

@@ -28,7 +28,7 @@ import numpy.typing as npt
 
 from camgeom.errors import CamgeomError, ExportError, NotConverged
 from camgeom.export import writer
-from camgeom.export.files import atomic_write, moment, write_csv
+from camgeom.export.files import moment, write_csv, write_whole
 from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import bracketed_maximum, piece_grid
@@ -246,9 +246,7 @@ def write_plcopen_xml(path: Path, model: Model) -> int:
     root = _project(model.profile.name, tables)
     ET.indent(root, " ")
     text = ET.tostring(root, encoding="utf-8", xml_declaration=True)
-    with atomic_write(path) as stream:
-        stream.write(text + b"\n")
-        return stream.tell()
+    return write_whole(path, text + b"\n")
 
 
 def _made(path: Path, models: Sequence[Model], interpolation: Interpolation) -> tuple[MasterTable, ...]:

@@ -87,6 +87,12 @@ def atomic_write(path: Path | str) -> Iterator[BinaryIO]:
         raise
 
 
+def write_whole(path: Path | str, content: bytes | str) -> int:
+    """Write a file that appears whole or not at all, text as UTF-8; returns its bytes. Errors as of `atomic_write`."""
+    with atomic_write(path) as stream:
+        return stream.write(content.encode() if isinstance(content, str) else content)
+
+
 def mode_of(final: Path) -> int | None:
     """Permissions of the file that is replaced, None where there is none; OSError where it must not be replaced."""
     if not final.exists():

@@ -26,7 +26,7 @@ from types import TracebackType
 from typing import Any
 
 from camgeom.errors import ExportError
-from camgeom.export.files import atomic_write, export_error, mode_of
+from camgeom.export.files import atomic_write, export_error, mode_of, write_whole
 
 MANIFEST = "manifest.json"
 PREVIOUS = "previous"
@@ -189,8 +189,7 @@ def read_manifest(folder: Path) -> dict[str, Any]:
 
 def _replace_json(folder: Path, data: dict[str, Any]) -> None:
     """Replace the manifest of a folder in one step."""
-    with atomic_write(folder / MANIFEST) as stream:
-        stream.write((json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False) + "\n").encode())
+    write_whole(folder / MANIFEST, json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False) + "\n")
     _sync(folder)
 
 

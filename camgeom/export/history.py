@@ -16,7 +16,7 @@ import numpy as np
 
 from camgeom.errors import CamgeomError, ExportError
 from camgeom.export import writer
-from camgeom.export.files import atomic_write, write_csv
+from camgeom.export.files import write_csv, write_whole
 from camgeom.maths import Floats
 
 if TYPE_CHECKING:
@@ -228,6 +228,4 @@ def _parquet(path: Path, columns: Columns) -> int:
     rows = {head: pyarrow.array(values, from_pandas=True) for head, values in columns.items()}  # NaN: no value
     whole = pyarrow.BufferOutputStream()
     pyarrow.parquet.write_table(pyarrow.table(rows), whole)
-    with atomic_write(path) as stream:
-        stream.write(whole.getvalue().to_pybytes())
-        return stream.tell()
+    return write_whole(path, whole.getvalue().to_pybytes())

@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from camgeom.errors import CamgeomError, ExportError
 from camgeom.export import NO_PLATE, writer
-from camgeom.export.files import atomic_write
+from camgeom.export.files import atomic_write, write_whole
 from camgeom.maths import Floats
 
 if TYPE_CHECKING:
@@ -217,9 +217,7 @@ def _by_meshio(path: Path, volume: Volume, file_format: str) -> int:
         made = Path(folder, f"volume{path.suffix}")
         meshio.write(made, mesh, file_format=file_format)
         content = made.read_bytes()
-    with atomic_write(path) as stream:
-        stream.write(content)
-        return stream.tell()
+    return write_whole(path, content)
 
 
 def _fields(volume: Volume) -> dict[str, Floats]:

@@ -177,20 +177,6 @@ def finish(pieces: Sequence[Piece], lift: float = 1.0) -> tuple[Piece, ...]:
     return (exact[0], *rest[:-1], exact[1])
 
 
-__all__ = [
-    "LAWS",
-    "Claims",
-    "Ends",
-    "Law",
-    "LawEntry",
-    "ParamValue",
-    "Parameter",
-    "finish",
-    "freeze",
-    "law",
-]
-
-
 @final
 @immutable(eq=True)
 class Ends:

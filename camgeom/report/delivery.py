@@ -208,12 +208,11 @@ def _films(model: Model, stem: str, kinds: tuple[str, ...], folder: RunFolder, p
 
 def _close(model: Model, order: Order, folder: RunFolder, result: Result) -> None:
     """Write the result and let all files appear."""
-    from camgeom.export.files import atomic_write
+    from camgeom.export.files import write_whole
 
     text = json.dumps(result.data, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     try:
-        with atomic_write(folder.path(RESULT)) as file:
-            file.write(text.encode())
+        write_whole(folder.path(RESULT), text)
     except ExportError as error:
         raise ExportError(folder.shown(str(error))) from error
     products, version = result.products, result.data["version"]

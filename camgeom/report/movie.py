@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import ExportError
-from camgeom.export.files import atomic_write
+from camgeom.export.files import atomic_write, write_whole
 from camgeom.immutable import immutable
 from camgeom.maths.frozen import cached_property
 from camgeom.report.painter import stage
@@ -132,8 +132,7 @@ class Encoder:
             if done.returncode or not made.exists():
                 reason = " ".join(done.stderr.decode(errors="replace").split())[-200:]
                 raise ExportError(f"{path}: the encoder failed: {reason or f'exit status {done.returncode}'}")
-            with atomic_write(path) as stream:
-                stream.write(made.read_bytes())
+            write_whole(path, made.read_bytes())
 
 
 def find_encoder(kind: str) -> Encoder:

@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from camgeom.errors import ExportError, not_installed
 from camgeom.export import NamedMesh
-from camgeom.export.files import atomic_write
+from camgeom.export.files import write_whole
 from camgeom.maths import Floats
 from camgeom.report.views import Stage, View
 from camgeom.worker import Worker, WorkerEnded
@@ -41,8 +41,7 @@ def render(bodies: Sequence[NamedMesh], path: Path | str, view: View | None = No
     """
     with stage(bodies, view or View()) as scene:
         picture = scene.png()
-    with atomic_write(Path(path)) as stream:
-        return int(stream.write(picture))
+    return write_whole(Path(path), picture)
 
 
 @contextmanager

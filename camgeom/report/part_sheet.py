@@ -15,7 +15,7 @@ from camgeom.drawing.plots import chart_sheet
 from camgeom.drawing.shapes import Dot
 from camgeom.drawing.sheet import number, text_width
 from camgeom.errors import CamgeomError, ExportError, visible
-from camgeom.export.files import atomic_write
+from camgeom.export.files import write_whole
 from camgeom.report.sections.design import part_views
 from camgeom.report.sections.motion import diagrams
 from camgeom.version import __version__
@@ -66,9 +66,7 @@ def write_sheet(draw: Callable[[Model], Paper], model: Model, path: Path) -> int
     except CamgeomError as error:
         raise ExportError(f"{path}: cannot be drawn: {error}") from error
     data = pdf(paper) if path.suffix.lower() == ".pdf" else paper.svg().encode()
-    with atomic_write(path) as stream:
-        stream.write(data)
-    return len(data)
+    return write_whole(path, data)
 
 
 def part_sheet(model: Model) -> Paper:

@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from camgeom.errors import ExportError
-from camgeom.export.files import atomic_write
+from camgeom.export.files import write_whole
 
 CHOICE = "CAMGEOM_BROWSER"
 """environment variable that names the browser"""
@@ -56,6 +56,5 @@ def write_pdf(page: Path, path: Path) -> Path:
         if not made.is_file() or not made.read_bytes().startswith(b"%PDF-"):
             reason = " ".join(done.stderr.decode(errors="replace").split())[-200:]
             raise ExportError(f"{path}: {browser} does not print: {reason or f'exit status {done.returncode}'}")
-        with atomic_write(path) as stream:
-            stream.write(made.read_bytes())
+        write_whole(path, made.read_bytes())
     return path

@@ -18,7 +18,7 @@ from typing import Any, final
 
 from camgeom.drawing.plots import WIDE
 from camgeom.errors import CamgeomError, ExportError
-from camgeom.export.files import atomic_write
+from camgeom.export.files import write_whole
 from camgeom.profile.text import MAX_BYTES
 from camgeom.reading import decode, read_bytes
 from camgeom.report.answer import Memory, answers, line
@@ -100,8 +100,7 @@ class Seat:
 
 def _write(path: Path, text: str) -> None:
     try:
-        with atomic_write(path) as stream:
-            stream.write(text.encode())
+        write_whole(path, text)
     except ExportError as error:
         raise Refused(HTTPStatus.INTERNAL_SERVER_ERROR, str(error)) from None
 

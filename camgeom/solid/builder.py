@@ -10,7 +10,6 @@ import numpy.typing as npt
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
-from camgeom.solid.engine import library
 
 Index = npt.NDArray[np.int64]
 
@@ -169,10 +168,10 @@ def filled(planes: list[Floats]) -> Index | None:
 
     Numbers run through all polygons in order. None where the loops cross, so that they bound no face.
     """
-    manifold3d = library()
+    from camgeom.solid.engine import library
 
     loops = [np.ascontiguousarray(plane) for plane in planes]
-    triangles: Index = np.asarray(manifold3d.triangulate(loops)).astype(np.int64)
+    triangles: Index = np.asarray(library().triangulate(loops)).astype(np.int64)
     wanted = sum(len(loop) - 2 if polygon_area(loop) > 0.0 else len(loop) + 2 for loop in loops)
     covered = triangle_areas(np.concatenate(loops), triangles)
     return None if len(triangles) != wanted or covered.min() < -1e-9 * covered.sum() else triangles

@@ -132,10 +132,9 @@ def write_report(
     products: Products | None = None,
 ) -> Path:
     """Write the report as one HTML file, whole or not at all, and give its path; arguments as of `report`."""
-    from camgeom.export.files import atomic_write
+    from camgeom.export.files import write_whole
     from camgeom.report.page import render
 
     text = render(report(model, only, judged, products), products)
-    with atomic_write(path) as file:
-        file.write(text.encode())
+    write_whole(path, text)
     return Path(path)
