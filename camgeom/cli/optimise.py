@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camgeom.cli import Console, UsageError
+from camgeom.cli import Console
 from camgeom.cli.model import output_folder, refuse_nameless, refuse_unwritable
 from camgeom.cli.optimise_page import Told
 from camgeom.cli.study import engine_of
+from camgeom.cli.tables import whole
 from camgeom.design.engine import Engine
 from camgeom.design.front import (
     PASSING,
@@ -57,7 +58,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     from camgeom.profile import from_data, read_data
 
     refuse_nameless(arguments.out)
-    points, members = _count(arguments.points, "--points", 10, 10**7), _count(arguments.members, "--members", 1, 500)
+    points, members = whole(arguments.points, "--points", 10, 10**7), whole(arguments.members, "--members", 1, 500)
     engine = engine_of(arguments)
     data = read_data(arguments.profile)
     profile = from_data(data, arguments.profile)
@@ -108,14 +109,6 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     took = perf_counter() - began
     front = front_of(wanted, rows, members or MEMBERS)
     return Told(name, wanted, archive, evaluated, front, why_not, took, folder).deliver(console, arguments.json)
-
-
-def _count(text: str | None, key: str, low: int, high: int) -> int | None:
-    if text is None:
-        return None
-    if not text.isdecimal() or not low <= int(text[:9]) <= high:
-        raise UsageError(f"{key}: needs a whole number (found {text[:60]!r}); allowed: {low} to {high}")
-    return int(text)
 
 
 def _own(profile: Profile, words: Sequence[str]) -> tuple[Row, list[dict[str, Any]], list[str]]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from threading import Thread
 
 from camgeom.cli import Console, UsageError
+from camgeom.cli.tables import whole
 from camgeom.profile import STDIN
 
 
@@ -15,7 +16,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     """Serve the page until Ctrl-C; returns 0. Raises ProfileError where the file cannot be read."""
     from camgeom.report.server import HOST, Server
 
-    port = _port(arguments.port)
+    port = whole(arguments.port, "--port", 1, 65535) or 0
     path = Path(arguments.profile)
     if arguments.profile == STDIN:
         raise UsageError("serve needs a file, which it watches and saves; standard input is none")
@@ -38,11 +39,3 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         except KeyboardInterrupt:
             console.err("camgeom: ended; the page keeps what was not saved while it is open")
     return 0
-
-
-def _port(text: str | None) -> int:
-    if text is None:
-        return 0
-    if not text.isdecimal() or not 1 <= int(text[:6]) <= 65535:
-        raise UsageError(f"--port: needs a whole number (found {text[:60]!r}); allowed: 1 to 65535")
-    return int(text)

@@ -15,7 +15,7 @@ from typing import Any
 from camgeom.cli import Console, UsageError
 from camgeom.cli.model import names, output_folder, refuse_nameless, refuse_unwritable
 from camgeom.cli.study_page import PLOTTED, cell, left_open, page, word
-from camgeom.cli.tables import aligned, number
+from camgeom.cli.tables import aligned, number, whole
 from camgeom.design.batch import LEVELS
 from camgeom.design.bulk import Bulk
 from camgeom.design.engine import Cluster, Engine, Pace, local
@@ -147,17 +147,9 @@ def _level(text: str | None) -> float:
     return found
 
 
-def _jobs(text: str | None) -> int | None:
-    if text is None:
-        return None
-    if not text.isdecimal() or not 1 <= int(text[:6]) <= 256:
-        raise UsageError(f"--jobs: needs a whole number of processes (found {text[:60]!r}); allowed: 1 to 256")
-    return int(text)
-
-
 def engine_of(arguments: argparse.Namespace) -> Engine:
     """Who computes the rows. Raises UsageError where both --jobs and --on say it."""
-    jobs = _jobs(arguments.jobs)
+    jobs = whole(arguments.jobs, "--jobs", 1, 256, "processes")
     if arguments.on is None:
         return local(jobs)
     if jobs is not None:

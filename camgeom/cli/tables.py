@@ -54,6 +54,16 @@ def number_in(text: str | None, option: str, unit: str = "", low: float = -inf, 
     raise UsageError(f"{option}: needs a number{unit and f' of {unit}'} (found {text[:60]!r}){allowed}")
 
 
+def whole(text: str | None, option: str, low: int, high: int, things: str = "") -> int | None:
+    """The whole number given for an option, None where none is. Raises UsageError where it is none of the range."""
+    if text is None:
+        return None
+    if not text.isdecimal() or not low <= int(text[:9]) <= high:
+        of = f" of {things}" if things else ""
+        raise UsageError(f"{option}: needs a whole number{of} (found {text[:60]!r}); allowed: {low} to {high}")
+    return int(text)
+
+
 def law_rows() -> list[dict[str, Any]]:
     """The laws with their characteristic values as plain data; None where a value is infinite (an impulse)."""
     from camgeom.motion import LAWS
