@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Annotated, ClassVar, Literal, final
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, final
 
 import numpy as np
 from pydantic import Field
@@ -29,8 +29,10 @@ from camgeom.track.follower import (
     SwingingFollower,
     TranslatingFollower,
 )
-from camgeom.track.runout import Within
 from camgeom.track.section import Level, cylinder_level
+
+if TYPE_CHECKING:
+    from camgeom.track.runout import Within
 
 
 @final

@@ -27,8 +27,6 @@ from camgeom.profile import Profile, Readable, given
 from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.track import TURN, Track
 from camgeom.track.follower import Setup
-from camgeom.track.runout import walled
-from camgeom.track.survey import Survey
 
 if TYPE_CHECKING:
     from camgeom.body.compliance import Below
@@ -62,6 +60,7 @@ if TYPE_CHECKING:
     from camgeom.track.flank import Flank
     from camgeom.track.pair import PairResidual
     from camgeom.track.planar import Planar
+    from camgeom.track.survey import Survey
 
 
 ALIKE = 1e-6
@@ -304,6 +303,9 @@ class Model(Sealed):
     @fact
     def flanks(self) -> tuple[Survey, ...]:
         """A survey of every track: pressure angle, curvature, undercut margin, sliding, with refined extremes."""
+        from camgeom.track.runout import walled
+        from camgeom.track.survey import Survey
+
         mechanism, turret = self.mechanism, self.mechanism.turret
         foot, cutting = mechanism.wall_foot, mechanism.cutting
         pairs = list(zip(map(cutting, self.tracks), map(cutting, self.cutters)))

@@ -21,7 +21,6 @@ from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
 from camgeom.track import Track
 from camgeom.track.follower import AnyFollower, AnyRoller, CrownedRoller, TurretFollower
-from camgeom.track.runout import Within
 
 if TYPE_CHECKING:
     from camgeom.solid import Part
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
     from camgeom.track.beside import Neighbour
     from camgeom.track.carriage import Carriage
     from camgeom.track.outline import Outline
+    from camgeom.track.runout import Within
     from camgeom.track.section import Level
     from camgeom.track.sliding import Slider
     from camgeom.track.touch import Touch
