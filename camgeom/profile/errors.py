@@ -11,7 +11,6 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from camgeom.errors import Problem, did_you_mean, nearest
-from camgeom.profile.syntax import number_hint
 from camgeom.profile.text import Path_, dotted
 
 Model = type[BaseModel]
@@ -175,7 +174,11 @@ def _problem(
     if kind in {"value_error", "assertion_error"}:
         shown = None if isinstance(value, _Shown) else value
         return Problem(key, str(context.get("error", item["msg"])), shown, allowed)
-    hint = number_hint(value) if isinstance(value, str) and kind in ("float_type", "int_type") else ""
+    hint = ""
+    if isinstance(value, str) and kind in ("float_type", "int_type"):
+        from camgeom.profile.syntax import number_hint
+
+        hint = number_hint(value)
     given = item.get("input")
     if kind == "tuple_type" and isinstance(given, dict) and field is not None and any(models_in(field.annotation)):
         hint = f"write [[{key}]] in double brackets: each is a table of its own"

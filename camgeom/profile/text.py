@@ -20,7 +20,6 @@ from typing import Any
 import numpy as np
 
 from camgeom.errors import UNSEEN, Problem, ProfileError
-from camgeom.profile.syntax import line_hint
 from camgeom.reading import lines_of, os_reason, read_bytes, refuse
 
 MAX_BYTES = 1_000_000
@@ -67,6 +66,8 @@ def load(text: str, file: str) -> tuple[dict[str, Any], list[Problem], set[Path_
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
+        from camgeom.profile.syntax import line_hint
+
         hint = line_hint(text, str(error))
         raise ProfileError([Problem("TOML syntax", _first_lower(str(error)), hint=hint)], file) from None
     except RecursionError:
