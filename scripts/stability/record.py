@@ -6,8 +6,9 @@
     record.py compare OLD NEW [--rel]  files that are not equal byte by byte, with the largest relative difference of
                                        their numbers; exit status 1 where one exceeds --rel or other text differs
 
-Times, costs, dates and random identifiers are taken out before a file is kept. Relative differences are taken against
-the larger of the two numbers, or a thousandth of the largest on the same line (a coordinate near zero).
+Times, costs, progress, dates, random identifiers and the digests of files that hold such are taken out before a file is
+kept. Relative differences are taken against the larger of the two numbers, or a thousandth of the largest on the same
+line (a coordinate near zero).
 """
 
 from __future__ import annotations
@@ -32,6 +33,8 @@ VOLATILE = (
     (re.compile(r"^((?:  )?\"explain\": \[)[^\]]*\]", re.M), r"\1]"),
     (re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d+)?(Z|[-+]\d\d:?\d\d)?"), "TIME"),
     (re.compile(r"D:\d{14}[^)]*"), "TIME"),
+    (re.compile(r"^camgeom: +[\d.]+ s .*\n", re.M), ""),
+    (re.compile(r'("file": "(?:report\.html|result\.json)",[^}]*"bytes": )\d+(,\s*"sha256": ")\w+'), r"\1N\2SUM"),
 )
 EXPORT = """
 import json, sys
@@ -77,9 +80,9 @@ def make_one(name: str, profile: Path, folder: Path, extensions: list[str]) -> s
     ran = call("-m", "camgeom", "run", str(profile), "--out", str(place), "--formats", "stl")
     text = plain(f"{ran.stdout}--\n{ran.stderr}-- {ran.returncode}\n")
     (place / "run.txt").write_text(re.sub(r"[\d.]+ s\b", "TIME", text.replace(str(place), "DIR")))
-    result = place / "result.json"
-    if result.exists():
-        result.write_text(plain(result.read_text().replace(str(place), "DIR")))
+    for result in (place / "result.json", place / "manifest.json"):
+        if result.exists():
+            result.write_text(plain(result.read_text().replace(str(place), "DIR")))
     report = place / "report.html"
     if report.exists():
         page = report.read_text()
