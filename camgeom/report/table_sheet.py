@@ -14,6 +14,7 @@ from camgeom.report.part_sheet import BOTTOM, HEIGHT, LEFT, RIGHT, TOP, WIDTH
 
 if TYPE_CHECKING:
     from camgeom.model import Model
+    from camgeom.track.touch import Touch
 
 BLOCKS, ROWS = 5, 72
 """of rows side by side, a row every degree"""
@@ -29,8 +30,8 @@ Columns = list[tuple[str, str, Floats]]
 
 def columns(model: Model) -> Columns:
     """The numbers of every degree of cam angle: the follower's place; of a plate its profile where it is touched, in
-    polar coordinates of the cam; of a drum the middle of the groove, of an end wall that of the roller on it. Of
-    several tracks that of each alone, of a face groove its middle too."""
+    polar coordinates of the cam, half way up a flank that leans; of a drum the middle of the groove, of an end wall
+    that of the roller on it. Of several tracks that of each alone, of a face groove its middle too."""
     degrees = np.arange(360.0)
     phi = np.radians(degrees)
     found: Columns = [("cam", "°", degrees)]
@@ -54,13 +55,27 @@ def columns(model: Model) -> Columns:
             x, y = one.tracks[0].pose(phi, 0).a[0][:2]
             found += [(f"groove{mark} R", "mm", np.hypot(x, y)), (f"at{mark}", "°", _azimuth(x, y))]
             continue
-        touches = one.planar.touches if one.planar is not None else ()
-        for touch in touches:
-            x, y = touch.at(phi).curve.points
-            name = f"{touch.name} " if len(touches) > 1 else f"profile{mark} " if several else ""
+        walls = one.profiles.walls if one.profiles is not None else ()
+        for touch in walls:
+            # Both ends of a flank that leans stand off the same pitch curve along the same normal.
+            x, y = np.mean([end.outline.curve(phi + end.lag).points for end in _ends(one, touch.name)], axis=0)
+            name = f"{touch.name} " if len(walls) > 1 else f"profile{mark} " if several else ""
             found += [(f"{name}R", "mm", np.hypot(x, y)), (f"{name}at" if not several else f"at{mark}", "°",
                                                           _azimuth(x, y))]  # fmt: skip
     return found
+
+
+def _ends(model: Model, name: str) -> list[Touch]:
+    """What touches a wall of a disc: of a flank that leans at both of its ends."""
+    return [] if model.profiles is None else [touch for touch in model.profiles.touches if touch.name == name]
+
+
+def _halfway(model: Model) -> str:
+    """At which heights the numbers of flanks that lean are; empty of others."""
+    walls = model.profiles.walls if model.profiles is not None else ()
+    each = {wall.name: [end.height for end in _ends(model, wall.name) if end.height is not None] for wall in walls}
+    told = [f"{name} at z = {sum(ends) / len(ends):g}" for name, ends in each.items() if ends]
+    return "; ".join(["", *told])
 
 
 def _azimuth(x: Floats, y: Floats) -> Floats:
@@ -79,6 +94,7 @@ def table_sheet(model: Model) -> Paper:
     way = "clockwise" if model.mechanism.sense < 0.0 else "counter-clockwise"
     each = "its own follower's cam angle" if len(model.grooves) > 1 else "cam angle"
     note = f"every degree of {each}; angles at on the cam from +X to +Y; it turns {way} seen from +Z; mm, degrees"
+    note += _halfway(model)
     if model.mechanism.carriage is not None:
         what = "groove's" if len(model.tracks[0].sides) > 1 else "roller's"
         note = f"every degree of the plate's drive; x, y on the plate, the {what} middle; it slides along -X; mm"

@@ -14,6 +14,7 @@ from camgeom.checks import judge
 from camgeom.export.dxf import write_dxf
 from camgeom.model import Model, read
 from camgeom.report.result import compute
+from camgeom.report.table_sheet import columns
 from tests.places import ROOT
 from tests.reference.profiles import model
 
@@ -193,3 +194,14 @@ def test_steps_of_friction_on_a_mode_that_nothing_damps_are_no_resonance_to_keep
     assert "give [dynamics] its damping" in bare.not_judged[0].reason
     for text in (EDGE + STIFF + "linkage_damping = 1000\n", EDGE.replace("friction = 12", "friction = 0") + STIFF):
         assert [one.level for one in judge(read(text), ("resonance",)).findings] == ["pass"]
+
+
+@pytest.mark.parametrize(("name", "label", "radius"), [
+    (DISC, "R", 40.0), (GROOVE, "inner flank R", 60.0), (PAIR, "main R", 80.0),
+])  # fmt: skip
+def test_a_shop_s_table_has_the_profile_half_way_up_a_flank_that_leans(name: str, label: str, radius: float) -> None:
+    """The base radius is that of the roller's middle; a groove's foot is 2 mm below its roller, clear by 0.03 mm."""
+    found = {column[0]: column[2] for column in columns(model(name))}
+    away = tan(radians(8.0)) - 0.03 / cos(radians(8.0)) if name == GROOVE else 0.0
+    assert found[label][0] == pytest.approx(radius + away, abs=1e-9)
+    assert len(found) == len(columns(model(name, **PLAIN[name])))

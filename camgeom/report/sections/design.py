@@ -32,6 +32,7 @@ from camgeom.maths.mesh import Mesh
 from camgeom.report.sections.bodies import cam_meshes, carrier_meshes, face_bodies, kept, placed, poses, roller_meshes
 from camgeom.track import TURN, Swing, Track
 from camgeom.track.flank import Flank
+from camgeom.track.follower import ConeRoller
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -76,7 +77,7 @@ def part_views(model: Model, meshes: Meshes) -> tuple[Drawing, ...]:
     if model.mechanism.box is not None:
         return plate_views(model, meshes, False)
     several = len(meshes) > 1
-    caption = "Section through the cam axis"
+    caption = f"Section through the cam axis{_leaning(model)}"
     across_each = [_section(model, mesh, name if several else "") for name, mesh in meshes]
     if len(model.grooves) > 1 and _plate(model):
         across_each = [_section(one, meshes[0][1], "") for one in model.grooves]
@@ -166,6 +167,17 @@ def _beyond(model: Model, meshes: Meshes) -> list[Path]:
                 shown = [(faces[0], there[0]), (faces[0], end[0]), (faces[1], end[1]), (faces[1], there[1])]
                 found.append(Path(np.array(shown) * [1.0, way]))
     return found
+
+
+def _leaning(model: Model) -> str:
+    """By how much the flanks of a disc lean from its axis, in words; empty where none does."""
+    walls = model.profiles.walls if model.profiles is not None else ()
+    leans = {wall.name: f"{number(abs(np.degrees(wall.lean)), 6)}°" for wall in walls if wall.lean}
+    if not leans:
+        return ""
+    if len(set(leans.values())) == 1 and len(leans) == len(walls):
+        return f"; flank leans by {next(iter(leans.values()))}"
+    return f"; flank leans by {', '.join(f'{lean} ({name})' for name, lean in leans.items())}"
 
 
 def _draw_base(model: Model, circles: list[Circle], leaders: list[Leader]) -> None:
@@ -324,7 +336,7 @@ def axial(model: Model, meshes: Meshes) -> Drawing:
             dimensions.append(Dimension((z, 0.0), (z, x), number(abs(x), 6), "left"))
             leaders.append(Leader((z, x), "turret axis"))
     paths += _followers(model, 1, 0.0, AXIAL)
-    caption = "Section through the cam axis, follower at cam angle 0"
+    caption = f"Section through the cam axis, follower at cam angle 0{_leaning(model)}"
     regions = _regions(meshes, 1, 0.0, AXIAL)
     return Drawing(caption, tuple(paths), (), tuple(dimensions), tuple(leaders), regions)
 
@@ -360,6 +372,9 @@ def across(model: Model, meshes: Meshes) -> Drawing:
     paths = [Path(np.array([[-over, 0.0], [over, 0.0]]), "axis"), Path(np.array([[0.0, -over], [0.0, over]]), "axis")]
     dimensions = []
     if not size.round:
+        if len(meshes) == 1:  # of a flank that leans the sizes of this section
+            cut = np.concatenate(_flat(outlines(meshes[0][1], 2, level), ACROSS))
+            low, high = cut.min(axis=0), cut.max(axis=0)
         wide, tall = (float(v) for v in (high - low)[:2])
         dimensions.append(Dimension((float(low[0]), 0.0), (float(high[0]), 0.0), number(wide), "below"))
         dimensions.append(Dimension((0.0, float(low[1])), (0.0, float(high[1])), number(tall), "left"))
@@ -483,6 +498,8 @@ def _roller_notes(model: Model, axes: tuple[str, str]) -> tuple[Leader, ...]:
         place = _stand(track)
         to = float(place["xyz".index(axes[0])]), float(place["xyz".index(axes[1])])
         length = f", contact length {number(roller.length, 6)}" if roller.length else ""
+        if isinstance(roller, ConeRoller):
+            length = f", half angle {number(roller.half_angle, 6)}°{length}"
         name = f"{track.name} roller" if several else "roller"
         notes.append(Leader(to, f"{name} ⌀ {number(roller.diameter, 6)}{length}"))
     return tuple(notes)

@@ -248,7 +248,8 @@ def _shape_text(planar: Planar, drawn: bool) -> str:
     if planar.pressure_angle.value <= FLAT:
         text += "; a face at right angles to its guide has no pressure angle"
     if any(touch.lean for touch in planar.touches):
-        return text + ". The flank leans as its cone does: its profiles at both ends are shown."
+        text += ". The flank leans as its cone does: its profiles at both ends are shown, and the pressure angle has "
+        return text + "that lean in it, with the sign that it has in the plane, so that it jumps where that changes."
     return text + ". Along the width of the cam nothing changes."
 
 
