@@ -160,7 +160,7 @@ def margins(profile: Profile, radius: float, wanted: PlanarLimits) -> dict[str, 
     least = profile.limits.min_wall_mm
     found = {f"wall, {wall.name},": (wall.thickness - least) / radius for wall in model.walls}
     for one in model.grooves:
-        planar, of = one.planar, f" of track {one.groove + 1}" if len(model.grooves) > 1 else ""
+        planar, of = one.profiles, f" of track {one.groove + 1}" if len(model.grooves) > 1 else ""
         if planar is None:
             raise DesignError("only planar cams have a base radius to solve for")
         if wanted.pressure_angle_deg is not None:
@@ -169,8 +169,10 @@ def margins(profile: Profile, radius: float, wanted: PlanarLimits) -> dict[str, 
         if wanted.convex_radius_mm is not None:
             if planar.face_radius is not None:
                 found[f"convex radius{of}"] = (planar.face_radius.value - wanted.convex_radius_mm) / radius
-            for track, roller in zip(one.tracks, one.mechanism.rollers):
-                reach = wanted.convex_radius_mm + 0.5 * roller.diameter
+            for track, tool, roller in zip(one.tracks, one.mechanism.cutters, one.mechanism.rollers):
+                # The profile is sharpest where its tool is thickest: at an end of a cone, in the middle of a crown.
+                ends = tool.meridian.jet(tool.meridian.parameters(np.array(tool.contact)))[3].tolist()
+                reach = wanted.convex_radius_mm + max(0.5 * roller.diameter, *ends)
                 found[f"convex radius, {track.name}{of}"] = 1.0 - reach * _sharpest(RollerOutline(track, 0.0))
     if wanted.contact_pressure_mpa is not None and all(m > 0.0 for k, m in found.items() if k.startswith("convex")):
         found["contact pressure"] = 1.0 - largest_pressure(model) / wanted.contact_pressure_mpa

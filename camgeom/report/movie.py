@@ -17,7 +17,7 @@ from camgeom.export.files import atomic_write, write_whole
 from camgeom.immutable import immutable
 from camgeom.maths.frozen import cached_property
 from camgeom.report.painter import stage
-from camgeom.report.pictures import moving_bodies, seen_from
+from camgeom.report.pictures import moving_bodies, on_edge, seen_from
 from camgeom.report.sections.bodies import cam_meshes
 from camgeom.report.views import View
 from camgeom.track import TURN
@@ -77,7 +77,7 @@ def frames(model: Model, size: tuple[int, int], count: int) -> Iterator[Pixels]:
     cams = cam_meshes(model)
     phi = TURN * np.arange(count) / count
     moving = moving_bodies(model, cams, phi)
-    view = View(camera=seen_from(cams, model.mechanism.inside), size=size, soft=False)
+    view = View(camera=seen_from(cams, model.mechanism.inside, on_edge(model)), size=size, soft=False)
     with stage([body for body, _ in moving], view, _reach(moving)) as scene:
         for k in range(count):
             for body, motion in moving:

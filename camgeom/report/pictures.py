@@ -57,7 +57,7 @@ def stills(model: Model, size: tuple[int, int] = (1600, 1200)) -> dict[str, Call
     file cannot be written.
     """
     cams = cam_meshes(model)
-    eye, inside = seen_from(cams, model.mechanism.inside), model.mechanism.inside
+    eye, inside = seen_from(cams, model.mechanism.inside, on_edge(model)), model.mechanism.inside
     scene = _mechanism(model, cams)
     names = tuple(name for name, _ in cams)
     plane = CuttingPlane((0.0, 0.0, 0.0), (0.0, -1.0, 0.0))
@@ -84,11 +84,20 @@ def _draw(bodies: list[NamedMesh], view: View, path: Path) -> int:
     return render(bodies, path, view)
 
 
-def seen_from(cams: tuple[tuple[str, Mesh], ...], inside: bool = False) -> tuple[float, float, float]:
+def on_edge(model: Model) -> bool:
+    """Whether the roller runs on the edge of a plate, which looks to +Y."""
+    return model.mechanism.box is not None and len(model.tracks[0].sides) == 1
+
+
+def seen_from(
+    cams: tuple[tuple[str, Mesh], ...], inside: bool = False, edge: bool = False
+) -> tuple[float, float, float]:
     """Direction to the eye: beside the follower, which stands at +X, and higher over a flat cam; of a follower inside a
-    ring from over the far side of it."""
+    ring from over the far side of it, of one on the edge of a plate from that edge."""
     if inside:
         return (-0.72, -0.58, 1.1)
+    if edge:
+        return (0.58, 0.72, 0.85)
     size = np.ptp(np.concatenate([mesh.vertices for _, mesh in cams]), axis=0)
     return (0.72, -0.58, 0.85 if size[2] < _FLAT * size[:2].max() else _LOW)
 

@@ -11,9 +11,12 @@ import pytest
 from scipy.optimize import brentq
 
 from camgeom.checks import judge
+from camgeom.design.planar import PlanarLimits, smallest_base_radius
 from camgeom.export.dxf import write_dxf
 from camgeom.model import Model, read
+from camgeom.report.pictures import on_edge, seen_from
 from camgeom.report.result import compute
+from camgeom.report.sections.bodies import cam_meshes
 from camgeom.report.table_sheet import columns
 from tests.places import ROOT
 from tests.reference.profiles import model
@@ -205,3 +208,25 @@ def test_a_shop_s_table_has_the_profile_half_way_up_a_flank_that_leans(name: str
     away = tan(radians(8.0)) - 0.03 / cos(radians(8.0)) if name == GROOVE else 0.0
     assert found[label][0] == pytest.approx(radius + away, abs=1e-9)
     assert len(found) == len(columns(model(name, **PLAIN[name])))
+
+
+@pytest.mark.parametrize(("limit", "value", "wanted"), [
+    ("max_pressure_angle_deg", 34.0, PlanarLimits(pressure_angle_deg=34.0, convex_radius_mm=None)),
+    ("min_convex_radius_mm", 25.0, PlanarLimits(convex_radius_mm=25.0)),
+])  # fmt: skip
+def test_the_smallest_base_radius_of_a_cone_keeps_its_limit_and_no_smaller_one_does(
+    limit: str, value: float, wanted: PlanarLimits
+) -> None:
+    keys = {"cam__bore": 0.0, "cam__keyway_width": 0.0, "cam__keyway_depth": 0.0}
+    least = smallest_base_radius(model(DISC, **keys).profile, wanted, 5.0, 120.0)
+    found = [compute(model(DISC, cam__base_radius=share * least, **keys), ("flank",)).data["flank"][limit]
+             for share in (0.998, 1.0, 1.002)]  # fmt: skip
+    assert found[1] == pytest.approx(value, rel=1e-9)
+    assert (found[0] - value) * (found[2] - value) < 0.0
+
+
+def test_the_edge_of_a_plate_is_seen_from_its_side() -> None:
+    one = edge(18.0)
+    assert on_edge(one)
+    assert seen_from(cam_meshes(one), edge=True)[1] > 0.0
+    assert seen_from(cam_meshes(one))[1] < 0.0
