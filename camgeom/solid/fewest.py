@@ -29,7 +29,7 @@ from camgeom.solid.stitch import Errors, GrooveFacets, TurretSurface
 from camgeom.track import Track
 from camgeom.track.section import Column, CrossSection
 
-BATCH = 4096
+BATCH = 16384
 """poses made at once: so many stay in the processor's cache"""
 LOOKED = 24
 """columns between two knots at which an indexing cam's grooves are looked at before"""

@@ -381,7 +381,9 @@ class Column:
             np.multiply(c, arc[4 + k], out=x[k])
             x[k] += s * arc[7 + k]
             x[k] += arc[1 + k]
-        np.copyto(x, self.chord_end(side)[:, :, None], where=share == 1.0)
+        end = share == 1.0
+        if end.any():
+            np.copyto(x, self.chord_end(side)[:, :, None], where=end)
         return x
 
 

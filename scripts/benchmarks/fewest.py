@@ -50,15 +50,19 @@ def least(bands: Sequence[Band], knots: np.ndarray, error: float) -> Counter[str
 def surfaces(model: Model) -> list[tuple[Sequence[Band], np.ndarray]]:
     """Bands and knots of every body of a model that has them; grooves of indexing cams run on beyond the ends."""
     found: list[tuple[Sequence[Band], np.ndarray]] = []
+    made: list[tuple[Sequence[Band], np.ndarray]] = []
 
     def record(bands: Sequence[Band], knots: np.ndarray, *more: Any) -> Banded:
-        found.append((bands, knots))
+        made.append((bands, knots))
         return banded(bands, knots, *more)
 
     mesher.banded = record
     try:
         for part in model.parts:
+            made.clear()
             mesher.fewest(part, model.tolerance)
+            # A conical drum is made again where its corners ask for it.
+            found += made[-1:]
     finally:
         mesher.banded = banded
     return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import reduce
 from typing import Protocol
 
 import numpy as np
@@ -22,12 +23,13 @@ NEXT, AFTER = [1, 2, 0], [2, 0, 1]
 """corners after the corners of a triangle, and after these"""
 MET = 0.995
 """share of the tolerance to which measured sags are kept: elsewhere a facet may be off a little more"""
-ASIDE = 0.5
-"""share of a facet's height by which the surface in the middles of its edges may run aside of them"""
-NEARLY = 0.5
-"""share of the tolerance below which that cannot matter"""
+ASIDE, MOST = 4.0, 2.0
+"""times the square of the share of a facet's height by which the surface in the middles of its edges runs aside of
+them: so much more than along the normal there a facet may be off, and at most so many times (measured)"""
 STEPS = 5
 """of Newton's method for it, the first included"""
+BEYOND = 100.0
+"""sides from a facet beyond which nothing of its patch is looked for"""
 ROUNDS = 12
 """of splitting edges"""
 
@@ -143,9 +145,10 @@ class Facets:
         number = (np.cumsum(used) - 1).astype(np.int32)
         edges = tuple(np.split(number[self.rings].astype(np.int64), self.begin[1:-1]))
         kept = np.flatnonzero(used)
-        row = self.edge.astype(np.float64)
-        inner = row[corner] < 0.0
-        row[corner[inner]] = np.broadcast_to(self.band[stands, None], inner.shape)[inner] + self.u[corner[inner]]
+        # What is on no edge is of one band.
+        own = np.zeros(len(used))
+        own[corner] = self.band[stands, None]
+        row = np.where(self.edge < 0, own + self.u, self.edge)
         points = self.points.take(kept, axis=1)
         return Banded(points, self.phi[kept], row[kept], number[corner], self.band[stands], edges, errors)
 
@@ -232,56 +235,66 @@ def sags(points: Floats, corner: Corners, mids: Floats, tolerance: Floats) -> tu
     x = [points.take(corner[:, k], axis=1) for k in range(3)]
     side = [x[1] - x[0], x[2] - x[1], x[0] - x[2]]
     bend = [mids[:, k] - x[k] - 0.5 * side[k] for k in range(3)]
-    off = np.stack([dot(_normal(side, bend, k), bend[k]) for k in range(3)])
+    off = np.stack([_off(side, bend, k) for k in range(3)])
     a, c = 8.0 * off[0], 8.0 * off[2]
     sag = patch_sag(a, 0.5 * (a + c) - 4.0 * off[1], c)
     off = np.abs(off)
     # Where the surface runs aside by a share of a facet's height, what is nearest to the facet is sought.
     flat = cross(side[0], side[1])
-    longest = np.max([dot(way, way) for way in side], axis=0)
-    square = np.max([dot(way, way) for way in bend], axis=0)
-    slim = square * longest > ASIDE**2 * dot(flat, flat)
-    slim = np.flatnonzero(slim & (sag > NEARLY * tolerance) & (sag <= tolerance))
+    longest, square = (reduce(np.maximum, (dot(way, way) for way in each)) for each in (side, bend))
+    most = further(square, longest, np.sqrt(dot(flat, flat)))
+    near, slim = np.nonzero((off * most > tolerance) & (sag <= tolerance))
     if len(slim):
-        own = _distances(*([way[:, slim] for way in each] for each in (side, bend)))
-        off[:, slim] = np.maximum(off[:, slim], own)
-        sag[slim] = np.maximum(sag[slim], own.max(axis=0))
+        own = _distances(side, bend, near, slim)
+        off[near, slim] = np.maximum(off[near, slim], own)
+        np.maximum.at(sag, slim, own)
     over = sag > tolerance
-    mark = over & ((off > tolerance) | (off == off.max(axis=0)))
+    mark = over & ((off > tolerance) | (off == reduce(np.maximum, off)))
     return sag, mark
 
 
-def _normal(side: list[Floats], bend: list[Floats], k: int) -> Floats:
-    """The normal (3, f) in the middle of an edge of the quadratic patch; see `_distances`."""
+def further(square: Floats, longest: Floats, area: Floats) -> Floats:
+    """At most how many times as far as along the normal facets may be off, (f,); see ASIDE.
+
+    square, longest  of the surface's way from the middle of a side, and of the longest side, mm²; area: twice a facet's
+    """
+    return np.asarray(np.minimum(1.0 + ASIDE * square * longest / np.maximum(area * area, 1e-300), MOST))
+
+
+def _off(side: list[Floats], bend: list[Floats], k: int) -> Floats:
+    """How far (f,) the middle of an edge is off along the normal that the quadratic patch has there, mm, signed; see
+    `_distances`."""
     # Across the edge, half way, the patch runs to the corner behind it.
     across = side[NEXT[k]] + 0.5 * side[k] + 2.0 * (bend[NEXT[k]] + bend[AFTER[k]] - bend[k])
     normal = cross(side[k], across)
-    return np.asarray(normal / np.maximum(np.sqrt(dot(normal, normal)), 1e-300))
+    return np.asarray(dot(normal, bend[k]) / np.maximum(np.sqrt(dot(normal, normal)), 1e-300))
 
 
-def _distances(side: list[Floats], bend: list[Floats]) -> Floats:
-    """Distances (3, f) of the middles of sides from the quadratic patch through corners and middles, mm.
+def _distances(side: list[Floats], bend: list[Floats], which: Index, facets: Index) -> Floats:
+    """Distances (q,) of the middles of sides of some facets from the quadratic patch through corners and middles, mm.
 
-    side, bend  (3, f) of each side its way, and the way from its middle to the patch's
+    side, bend  (3, f) of each side its way, and the way from its middle to the patch's; which: side (q,) of each facet
     By Newton's method for the patch's nearest point, of whose steps the nearest counts: a distance is no larger.
     """
-    found = np.empty((3, side[0].shape[1]))
-    for k in range(3):
-        # From the side's first corner s along it and t to the corner behind it.
-        along, behind = side[k], -side[AFTER[k]]
-        one, two, three = 4.0 * bend[k], 4.0 * bend[NEXT[k]], 4.0 * bend[AFTER[k]]
-        s, t, least = np.full(found.shape[1], 0.5), np.zeros(found.shape[1]), np.full(found.shape[1], np.inf)
-        for _ in range(STEPS):
-            r = 1.0 - s - t
-            away = (s - 0.5) * along + t * behind + s * r * one + s * t * two + t * r * three
-            np.minimum(least, dot(away, away), out=least)
-            ds = along + (r - s) * one + t * (two - three)
-            dt = behind + s * (two - one) + (r - t) * three
-            aa, ab, bb, fa, fb = dot(ds, ds), dot(ds, dt), dot(dt, dt), dot(ds, away), dot(dt, away)
-            area = np.maximum(aa * bb - ab * ab, 1e-300)
-            s, t = s - (fa * bb - fb * ab) / area, t - (fb * aa - fa * ab) / area
-        found[k] = np.sqrt(least)
-    return found
+    sides, bends = np.concatenate(side, axis=1), np.concatenate(bend, axis=1)
+    every = side[0].shape[1]
+    at, after, last = (facets + every * ((which + k) % 3) for k in range(3))
+    # From the side's first corner s along it and t to the corner behind it.
+    along, behind = sides.take(at, axis=1), -sides.take(last, axis=1)
+    one, two, three = (4.0 * bends.take(each, axis=1) for each in (at, after, last))
+    s, t, least = np.full(len(at), 0.5), np.zeros(len(at)), np.full(len(at), np.inf)
+    for _ in range(STEPS):
+        r = 1.0 - s - t
+        away = (s - 0.5) * along + t * behind + s * r * one + s * t * two + t * r * three
+        np.minimum(least, dot(away, away), out=least)
+        ds = along + (r - s) * one + t * (two - three)
+        dt = behind + s * (two - one) + (r - t) * three
+        aa, ab, bb, fa, fb = dot(ds, ds), dot(ds, dt), dot(dt, dt), dot(ds, away), dot(dt, away)
+        area = np.maximum(aa * bb - ab * ab, 1e-300)
+        # Where the patch folds a step may be of any length.
+        s = np.clip(s - (fa * bb - fb * ab) / area, -BEYOND, BEYOND)
+        t = np.clip(t - (fb * aa - fa * ab) / area, -BEYOND, BEYOND)
+    return np.asarray(np.sqrt(least))
 
 
 PARTS = (

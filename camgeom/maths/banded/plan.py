@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import reduce
 
 import numpy as np
 
@@ -13,16 +14,19 @@ from camgeom.maths.banded.facets import Asked, Band, Index, Mask, points_of
 from camgeom.maths.sampling import MAX_CELLS, subdivided_knots
 from camgeom.maths.surface import cross, dot
 
-BLOCKS, BESIDE = 15, 12
-"""stretches of one number of rows between two knots, and where something beyond the bands asks for steps of its own
-(measured on the shipped drums and indexing cams)"""
+BLOCKS, FEW, MANY = 100, 6, 15
+"""stretches of one number of rows round the turn, evenly between its knots, and so many at least and at most between
+two of them"""
+BESIDE = 12
+"""the same between two knots where something beyond the bands asks for steps of its own (all measured on the shipped
+drums and indexing cams)"""
 CELLS = 3
 """cells of angle in a block, in which second forms are measured"""
 ACROSS = 4
 """cells across a band in which its second form is measured"""
 FILL = 0.985
 """aim of steps and rows as a share of the tolerance, so that third-order terms stay inside it"""
-GROWTH = 1.1
+GROWTH = 1.25
 """of the numbers of rows to choose from"""
 SWITCH = 1.5
 """columns that a change of the number of rows counts as: columns are rounded up on either side of it, those of bands
@@ -82,7 +86,8 @@ class CellForms:
         bowl = shape > M * M
         if bowl.any():
             h = np.where(bowl, np.sqrt(np.maximum(room - across, 0.0) / np.maximum(along, 1e-300)), h)
-        return np.asarray(np.minimum(np.where(across <= room, h, 0.0).min(axis=3), longest))
+        h = np.where(across <= room, h, 0.0)
+        return np.asarray(reduce(np.minimum, (h[..., k] for k in range(ACROSS)), longest))
 
     def leans(self, count: Index, step: Floats) -> Floats:
         """Where chords from the first row and the last to the next, half a step to either side, sag least, (2, b, n).
@@ -162,29 +167,28 @@ class NetPlan:
 
 def planned(bands: Sequence[Band], knots: Floats, closed: bool, beyond: Longest | None) -> NetPlan:
     """Rows block by block, and the angles of every edge and of every band's columns."""
-    blocks = BLOCKS if beyond is None else BESIDE
+    blocks = min(MANY, max(FEW, BLOCKS // (len(knots) - 1))) if beyond is None else BESIDE
     theta = subdivided_knots(knots, blocks * CELLS)
     width = np.diff(theta)
     longest = np.repeat(np.diff(knots), blocks * CELLS)
     forms = forms_of(bands, theta)
     n = len(width)
     room = 8.0 * FILL * np.array([band.room for band in bands])
-    count = np.empty((len(bands), n), dtype=np.int64)
-    step = np.empty((len(bands), n))
     most = (1.05 * np.sqrt(np.abs(forms.N).max(axis=(1, 2)) / room)).astype(np.int64) + 2
     if int(most.max()) > MOST:
         raise NotConverged(f"the chord error asks for more than {MOST} rows: the surface is nearly singular")
-    choices = [_choice(one) for one in most.tolist()]
-    for size in {len(choice) for choice in choices}:
-        which = np.array([b for b, choice in enumerate(choices) if len(choice) == size])
-        choice = choices[which[0]]
-        h = np.minimum(forms.steps(which, choice, room, longest),
-                       forms.within(which, choice[:, None, None], room / 8.0))  # fmt: skip
-        cost = np.where(h > 0.0, choice[:, None, None] * width / np.where(h > 0.0, h, 1.0), np.inf)
-        cells = cost.reshape(size, len(which), -1, CELLS).sum(axis=3)
-        pick = (_steady(cells, choice) if beyond is None else cells.argmin(axis=0)).repeat(CELLS, axis=1)
-        count[which] = choice[pick]
-        step[which] = np.take_along_axis(h, pick[None], axis=0)[0]
+    choice = _choice(int(most.max()))
+    sizes = np.searchsorted(choice, 1.5 * most) + 1
+    h = np.zeros((len(choice), len(bands), n))
+    for size in np.unique(sizes).tolist():
+        which = np.flatnonzero(sizes == size)
+        some = choice[:size]
+        h[:size, which] = np.minimum(forms.steps(which, some, room, longest),
+                                     forms.within(which, some[:, None, None], room / 8.0))  # fmt: skip
+    cost = np.where(h > 0.0, choice[:, None, None] * width / np.where(h > 0.0, h, 1.0), np.inf)
+    cells = cost.reshape(*h.shape[:2], -1, CELLS).sum(axis=3)
+    pick = (_steady(cells, choice) if beyond is None else cells.argmin(axis=0)).repeat(CELLS, axis=1)
+    count, step = choice[pick], np.take_along_axis(h, pick[None], axis=0)[0]
     own = 1.0 / step
     density = np.zeros((2 * len(bands) + 1, n))
     density[1::2] = own
@@ -204,16 +208,22 @@ def planned(bands: Sequence[Band], knots: Floats, closed: bool, beyond: Longest 
 
 def _steady(cost: Floats, choice: Index) -> Index:
     """Which number of rows each block of bands takes, (b, m): the fewest cells, a block's by choice (q, b, m), with
-    those of SWITCH columns at a change (shortest way through all blocks: Viterbi, IEEE Trans. Inf. Theory 13, 1967)."""
-    change = 0.5 * SWITCH * (choice[:, None] + choice) * (choice[:, None] != choice)
-    whole, came = cost[:, :, 0], []
+    those of SWITCH columns at a change (shortest way through all blocks: Viterbi, IEEE Trans. Inf. Theory 13, 1967).
+
+    A change costs half of what it comes from and half of what it goes to, so that all come from one and the same.
+    """
+    change = 0.5 * SWITCH * choice[:, None]
+    whole, every = cost[:, :, 0], np.arange(cost.shape[1])
+    stays, came = [], []
     for block in range(1, cost.shape[2]):
-        ways = whole[:, None] + change[:, :, None]
+        ways = whole + change
         came.append(ways.argmin(axis=0))
-        whole = ways.min(axis=0) + cost[:, :, block]
+        moved = ways.min(axis=0) + change
+        stays.append(whole <= moved)
+        whole = np.minimum(whole, moved) + cost[:, :, block]
     pick = [whole.argmin(axis=0)]
-    for back in reversed(came):
-        pick.append(np.take_along_axis(back, pick[-1][None], axis=0)[0])
+    for still, other in zip(reversed(stays), reversed(came)):
+        pick.append(np.where(still[pick[-1], every], pick[-1], other))
     return np.stack(pick[::-1], axis=1)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
-from camgeom.maths.banded.facets import Band, Corners, Facets, Index, Mask, Measured, Shares, kept, sags
+from camgeom.maths.banded.facets import Band, Corners, Facets, Index, Mask, Measured, Shares, further, kept, sags
 from camgeom.maths.banded.net import Net, Request
 from camgeom.maths.banded.plan import NetPlan
 from camgeom.maths.sampling import MAX_CELLS, patch_sag
@@ -68,12 +68,18 @@ def meshed(bands: Sequence[Band], plan: NetPlan, shares: Shares | None) -> Measu
     )  # fmt: skip
     sag, mark = sags(points, corner[len(grid.corner) :], mids, facets.rooms(slice(len(grid.corner), None)))
     split = np.flatnonzero(mark.any(axis=0))
-    over, own_sag, off, marked = grid.over(facets.rooms(slice(0, len(grid.corner), 2)))
+    room = facets.rooms(slice(0, len(grid.corner), 2))
+    over, own_sag, off, marked = grid.over(room)
     sag = np.concatenate([np.repeat(grid.sag, 2), sag])
     sag[over] = own_sag
+    close, true, cut = grid.close(room)
+    found, asked = sags(points, corner[close], true, facets.rooms(close))
+    sag[close], asked = found, asked & cut[0]
+    asked |= cut[1] & (found > facets.rooms(close)) & ~asked.any(axis=0)
     return Measured(
-        facets, sag, np.append(over, len(grid.corner) + split),
-        np.concatenate([off, mids[:, :, split]], axis=2), np.append(marked, mark[:, split], axis=1),
+        facets, sag, np.concatenate([over, close, len(grid.corner) + split]),
+        np.concatenate([off, true, mids[:, :, split]], axis=2),
+        np.concatenate([marked, asked, mark[:, split]], axis=1),
     )  # fmt: skip
 
 
@@ -94,10 +100,10 @@ class RegularCells:
         number, self.gap, row = net.cells(gaps)
         self._points, self._told, self._half = points, told, first[self.gap] + 2 * row
         count = len(row)
-        self.sag, rising = np.empty(count), np.empty(count, dtype=bool)
+        self.sag, self._most, rising = np.empty(count), np.empty(count), np.empty(count, dtype=bool)
         for start in range(0, count, CHUNK):
             part = slice(start, start + CHUNK)
-            self.sag[part], rising[part], _ = self._measured(number[:, part], self._half[part])
+            self.sag[part], rising[part], _, self._most[part] = self._measured(number[:, part], self._half[part])
         self._number, self._rising = number, rising
         p00, p01, p10, p11 = number
         corner = np.empty((count, 6), dtype=np.int32)
@@ -105,9 +111,32 @@ class RegularCells:
         corner[:, 2], corner[:, 3] = np.where(rising, p11, p01), np.where(rising, p00, p10)
         self.corner = corner.reshape(-1, 3)
 
-    def _measured(self, number: Corners, half: Index) -> tuple[Floats, Mask, tuple[Floats, Floats, Floats, Floats]]:
+    def _measured(
+        self, number: Corners, half: Index
+    ) -> tuple[Floats, Mask, tuple[Floats, Floats, Floats, Floats], Floats]:
         corners = (self._points.take(each, axis=1) for each in number)
         return _cell_sags(*corners, *(self._told.take(half + k, axis=1) for k in range(3)))
+
+    def close(self, room: Floats) -> tuple[Index, Floats, tuple[Mask, Mask]]:
+        """Triangles (q,) of cells within the room (c,) of each that may be off by more all the same, beside which the
+        surface runs aside; the middles (3, 3, q) of their edges, along columns by what the others leave over; which
+        (3, q) may be split, and which of them are diagonals."""
+        at = np.flatnonzero((self.sag <= room) & (self.sag * self._most > room))
+        number, rising = self._number[:, at], self._rising[at]
+        low, centre, high = (self._told.take(self._half[at] + k, axis=1) for k in range(3))
+        p00, p01, p10, p11 = (self._points.take(each, axis=1) for each in number)
+        bend = centre - 0.5 * (low + high)
+        before, after = 0.5 * (p00 + p01) + bend, 0.5 * (p10 + p11) + bend
+        mids, column = np.empty((3, 3, 2, len(at))), np.zeros((3, 2, len(at)), dtype=bool)
+        mids[:, 0, 0], mids[:, 1, 1] = low, high
+        mids[:, 1, 0], mids[:, 2, 0] = np.where(rising, after, centre), np.where(rising, centre, before)
+        mids[:, 0, 1], mids[:, 2, 1] = np.where(rising, centre, after), np.where(rising, before, centre)
+        column[1, 0] = column[2, 1] = rising
+        column[2, 0] = column[0, 1] = ~rising
+        diagonal = ~column
+        diagonal[0, 0] = diagonal[1, 1] = False
+        facets = (2 * at + np.array([[0], [1]])).ravel()
+        return facets, mids.reshape(3, 3, -1), (~column.reshape(3, -1), diagonal.reshape(3, -1))
 
     def over(self, room: Floats) -> tuple[Index, Floats, Floats, Mask]:
         """Triangles (q,) of cells that are off by more than the room (c,) of each, and their own sags, mm; the
@@ -115,7 +144,7 @@ class RegularCells:
         """
         at = np.flatnonzero(self.sag > room)
         number, rising, half, most = self._number[:, at], self._rising[at], self._half[at], room[at]
-        _, _, (low, high, up, down) = self._measured(number, half)
+        _, _, (low, high, up, down), _ = self._measured(number, half)
         # Of both triangles the row, the diagonal, and the column, which has what the others leave over.
         row, diagonal, across = np.stack([low, high]), np.where(rising, up, down), 0.5 * (up + down - low - high)
         sag = patch_sag(8.0 * row, 4.0 * (row + across - diagonal), 8.0 * across)
@@ -134,9 +163,9 @@ class RegularCells:
 
 def _cell_sags(
     p00: Floats, p01: Floats, p10: Floats, p11: Floats, low: Floats, centre: Floats, high: Floats
-) -> tuple[Floats, Mask, tuple[Floats, Floats, Floats, Floats]]:
-    """Sags (n,) of the triangles of cells along the better diagonal, mm, whether that is the rising one, and how far
-    both rows and both diagonals are off, signed.
+) -> tuple[Floats, Mask, tuple[Floats, Floats, Floats, Floats], Floats]:
+    """Sags (n,) of the triangles of cells along the better diagonal, mm, whether that is the rising one, how far both
+    rows and both diagonals are off, signed, and at most how many times the sag the triangles may be off.
 
     Corners (3, n) before and after a step along phi, low and high across, and the true surface half way along it: low,
     in the cell's middle and high. Along the rows and both diagonals as it is in their middles, along the columns what
@@ -145,9 +174,8 @@ def _cell_sags(
     normal = cross(p11 - p00, p10 - p01)
     length = np.sqrt(dot(normal, normal))
     normal /= np.where(length > 0.0, length, 1.0)
-    first, last = dot(normal, 0.5 * (p00 + p10) - low), dot(normal, 0.5 * (p01 + p11) - high)
-    rising = dot(normal, 0.5 * (p00 + p11) - centre)
-    falling = dot(normal, 0.5 * (p10 + p01) - centre)
+    ways = 0.5 * (p00 + p10) - low, 0.5 * (p01 + p11) - high, 0.5 * (p00 + p11) - centre, 0.5 * (p10 + p01) - centre
+    first, last, rising, falling = (dot(normal, way) for way in ways)
     across = 0.5 * (rising + falling - first - last)
     along = np.where(np.abs(first) > np.abs(last), first, last)
     side = np.maximum(np.abs(along), np.abs(across))
@@ -158,4 +186,9 @@ def _cell_sags(
         a, b, c = 8.0 * along[bowl], 8.0 * twist[bowl], 8.0 * across[bowl]
         one[bowl] = np.maximum(one[bowl], patch_sag(a, -b, c))
         other[bowl] = np.maximum(other[bowl], patch_sag(a, b, c))
-    return np.minimum(one, other), one <= other, (first, last, rising, falling)
+    up = one <= other
+    row, diagonal = np.maximum(dot(ways[0], ways[0]), dot(ways[1], ways[1])), np.where(up, ways[2], ways[3])
+    long = np.where(up, p11 - p00, p10 - p01)
+    # The normal was twice as long as the cell is large, which is twice a triangle.
+    most = further(np.maximum(row, dot(diagonal, diagonal)), dot(long, long), 0.5 * length)
+    return np.minimum(one, other), up, (first, last, rising, falling), most
