@@ -25,7 +25,7 @@ TOLERANCE = 1e-7
 """change of the pressure in a step, share of the load, at which it has settled"""
 STEPS = 2000
 SMOOTHED = 60
-"""steps after which contacts whose cells keep coming and going are solved without the surface's spectrum"""
+"""steps after which contacts whose cells keep coming and going are solved by what each cell does to itself alone"""
 TINY = 1e-290
 """mm, in the place of 0 where its logarithm is taken 0 times"""
 NOWHERE = 1e6
@@ -45,9 +45,11 @@ class Influence(Protocol):
 
     nearly  about the pressure under which they deflect by so much: the preconditioner
     stiff   pressure over deflection of cells that come to touch late, MPa/mm or as `nearly` counts
+    alone   pressure over the deflection of a cell by its own pressure, up to a factor, (ny,) or one for all
     """
 
     stiff: float
+    alone: Floats
 
     def __call__(self, pressure: Floats) -> Floats: ...
     def nearly(self, deflection: Floats) -> Floats: ...
@@ -71,6 +73,7 @@ class Even:
         waves[0, 0] = 0.5 * min(waves[1, 0], waves[0, 1])
         self.waves = waves / (2.0 * compliance)
         self.stiff = float(self.waves.mean())
+        self.alone = np.ones(1)
 
     def __call__(self, pressure: Floats) -> Floats:
         from scipy import fft
@@ -127,6 +130,8 @@ class StripSpectrum:
         waves[0, 0] = 0.5 * min(waves[1, 0], waves[0, 1])
         self.waves = waves / (2.0 * compliance)
         self.stiff = float(self.waves.mean())
+        self.alone = 1.0 / np.diagonal(each[0])
+        self.alone /= self.alone.min()
         self.into, self.back = np.sqrt(lengths)[:, None] * shape, shape.T / np.sqrt(lengths)
 
     def __call__(self, pressure: Floats) -> Floats:
@@ -180,7 +185,7 @@ def pressed(
         level = _sum(share, g) / whole
         g -= level
         plain = step > SMOOTHED
-        lead = g * on if plain else influence.nearly(g * on)
+        lead = influence.alone * g * on if plain else influence.nearly(g * on)
         lead = (lead - _sum(share, lead) / whole) * on
         new = _sum(share, g * lead)
         way *= new / old if old > 0.0 else 0.0
@@ -197,7 +202,7 @@ def pressed(
         old = 0.0 if late.any() else new
         changed = old == 0.0 or bool(cut.any())
         fresh[cut] = 0.0
-        fresh[late] = -(1.0 if plain else influence.stiff) * pace * g[late]
+        fresh[late] = -pace * (influence.alone * g if plain else influence.stiff * g)[late]
         carried = _sum(weight, fresh)
         if not carried > 0.0:
             break

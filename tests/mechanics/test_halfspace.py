@@ -11,7 +11,7 @@ import pytest
 from camgeom.maths import Floats
 from camgeom.mechanics import hertz
 from camgeom.mechanics.finite_contact import INSIDE, AxialProfile, Bodies, PressurePatch, press
-from camgeom.mechanics.halfspace import Even, StripSpectrum, pressed
+from camgeom.mechanics.halfspace import CellPressure, Even, StripSpectrum, pressed
 from camgeom.mechanics.material import STEEL, pair_compliance
 from scripts.judge_contact import CASES, judged
 from tests.reference import half_space
@@ -105,8 +105,8 @@ class Plain:
 
     stiff = 1.0
 
-    def __init__(self, strips: StripSpectrum) -> None:
-        self.strips = strips
+    def __init__(self, strips: StripSpectrum, alone: Floats | None = None) -> None:
+        self.strips, self.alone = strips, np.ones(1) if alone is None else alone
 
     def __call__(self, pressure: Floats) -> Floats:
         return self.strips(pressure)
@@ -124,6 +124,37 @@ def test_waves_along_strips_lead_to_the_same_pressure_in_a_third_of_the_steps() 
     assert np.abs(led.pressure - plain.pressure).max() < 1e-6 * plain.pressure.max()
     assert led.approach == pytest.approx(plain.approach, rel=1e-9)
     assert 3 * led.steps < plain.steps
+
+
+WIDE_ENDED = Bodies(2.394e-5, AxialProfile(-129.8, 129.8, end_radius=0.168, whole=259.6), 6.54e-5, own=0.94)
+"""a plate's roller under hardly any load, whose contact is twice as wide at its rounded ends as a first look shows"""
+
+
+def test_what_every_cell_does_to_itself_leads_where_cells_keep_coming_and_going() -> None:
+    patch = press(WIDE_ENDED, 0.003, 32, 48, 80, False)
+    edges = np.concatenate([[0.0], np.cumsum(patch.along)]) + patch.y[0] - 0.5 * patch.along[0]
+    strips = StripSpectrum(len(patch.x), patch.width, edges, WIDE_ENDED.compliance)
+    gap, area = WIDE_ENDED.gap(patch.x, patch.y), patch.width * patch.along[None, :]
+    led, plain = (pressed(gap, Plain(strips, how), area, 0.003) for how in (strips.alone, None))
+    assert led.approach == pytest.approx(plain.approach, rel=1e-6)
+    assert np.abs(led.pressure - plain.pressure)[:, 4:-4].max() < 2e-3 * plain.pressure.max()
+    assert 1.8 * led.steps < plain.steps
+
+
+def test_a_window_that_is_too_narrow_is_widened_with_few_cells(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[tuple[int, ...]] = []
+
+    def counted(gap: Floats, *words: object) -> CellPressure:
+        asked.append(gap.shape)
+        return pressed(gap, *words)  # type: ignore[arg-type]
+
+    monkeypatch.setattr("camgeom.mechanics.finite_contact.pressed", counted)
+    press.cache_clear()
+    found = press(WIDE_ENDED, 0.003, 32, 48, 80, False)
+    assert asked.count((16, 40)) >= 3
+    assert asked.count((32, 80)) == 2
+    assert not found.pressure[[0, -1]].any()
+    assert found.pressure.sum(axis=0) @ found.along * found.width == pytest.approx(0.003, rel=1e-9)
 
 
 def test_a_sharp_end_that_bears_has_no_peak() -> None:
