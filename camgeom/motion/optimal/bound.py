@@ -48,14 +48,14 @@ class _Field:
     that keeps g at zero between them; W then goes on level.
     """
 
-    def __init__(self, task: Task, shape: Shape, m: Multipliers) -> None:
+    def __init__(self, task: Task, shape: Shape, m: Multipliers, count: int) -> None:
         self.y = m.moments
         keep = m.cut > 0.0
         self.k, damped = decay(m.cuts.n[keep], task.wish.damping)
         self.wave = m.cut[keep] * np.exp(-1j * m.cuts.angle[keep]) / damped
         net = m.above - m.below
         places, net = m.places[net != 0.0], net[net != 0.0]
-        self.x = _nodes(np.concatenate([shape.x, places]))
+        self.x = _nodes(np.concatenate([shape.x, places]), count)
         self.h = np.diff(self.x)
         self.middle = 0.5 * (self.x[:-1] + self.x[1:])
         at, total = self._rest(self.x)
@@ -105,10 +105,10 @@ def _runs(chosen: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(int(first), int(last)) for first, last in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def _nodes(places: Floats) -> Floats:
+def _nodes(places: Floats, cells: int) -> Floats:
     """Nodes over 0 .. 1, the given places among them."""
     edges = distinct(np.concatenate([places, [0.0, 1.0]]))
-    counts = np.maximum(FEWEST, np.ceil(CELLS * np.diff(edges))).astype(int)
+    counts = np.maximum(FEWEST, np.ceil(cells * np.diff(edges))).astype(int)
     parts = [np.linspace(low, high, n, endpoint=False) for low, high, n in zip(edges[:-1], edges[1:], counts)]
     return np.concatenate([*parts, [1.0]])
 
@@ -128,9 +128,9 @@ def _sizes(low: Floats, middle: Floats, high: Floats, h: Floats, bend: Floats | 
     return np.asarray(h * np.where(same, simpson, chord + 2.0 * slack / 3.0))
 
 
-def lower_bound(task: Task, shape: Shape, m: Multipliers) -> float:
+def lower_bound(task: Task, shape: Shape, m: Multipliers, cells: int = CELLS) -> float:
     """The value of t that no law of the class can beat; -inf where the multipliers say nothing."""
-    weights = weigh(task, shape, m)
+    weights = weigh(task, shape, m, cells)
     const, slope = weights.const, weights.mean
     for name in LIMITS:
         weight, limit = getattr(weights, name), getattr(task, name)
@@ -140,9 +140,9 @@ def lower_bound(task: Task, shape: Shape, m: Multipliers) -> float:
     return float(const / slope) if np.isfinite(const) and slope > 0.0 else -np.inf
 
 
-def weigh(task: Task, shape: Shape, m: Multipliers) -> Weights:
+def weigh(task: Task, shape: Shape, m: Multipliers, cells: int = CELLS) -> Weights:
     """What the multipliers take up of each limit."""
-    field = _Field(task, shape, m)
+    field = _Field(task, shape, m, cells)
     begun = task.wish.start[0]
     const = float(m.moments @ np.array(task.wish.moments)) + begun * (field.above - field.below)
     # Upwards s' <= V; downwards s' >= -V, or s' >= 0 where the law may not turn back.

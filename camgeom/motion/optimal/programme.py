@@ -88,11 +88,15 @@ class Multipliers:
 @final
 @immutable
 class Solved:
-    """The best shape of a programme, its value t, and the multipliers."""
+    """The best shape of a programme, its value t, and the multipliers.
+
+    at_rest   whether its breaks are where they belong among all laws, so that the multipliers are those of all laws
+    """
 
     shape: Shape
     value: float
     multipliers: Multipliers
+    at_rest: bool = False
 
 
 class SearchPurse:

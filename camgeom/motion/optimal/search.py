@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import final
 
 import numpy as np
@@ -9,23 +10,25 @@ import numpy.typing as npt
 
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
-from camgeom.motion.optimal.bound import cruises, lower_bound
+from camgeom.motion.optimal.bound import CELLS, cruises, lower_bound
+from camgeom.motion.optimal.excess import ENOUGH, LITTLE, excess, kept
+from camgeom.motion.optimal.newton import at_rest
 from camgeom.motion.optimal.programme import CLOSEST, NO_CUTS, Cuts, Programme, SearchPurse, Solved, stiffness
-from camgeom.motion.optimal.shape import Shape, moment_parts, residual_peaks, values
+from camgeom.motion.optimal.shape import Shape, moment_parts, values
 from camgeom.motion.optimal.wish import Task, Wish
 
 SPANS = 64
 """of the mesh that the build is found on"""
 EXACT = 1e-10
 """how well the ends are met before a law counts as found"""
-KEPT = 8e-10
-"""relative; how far a limit may be exceeded while tangents are still added"""
-LITTLE, ENOUGH = 1e-3, 1e-6
-"""a residual that is sought is found to this share of itself, or of a thousandth of the lift"""
 SILENT = 1e-6
 """share of the lift up to which a residual is none to seek less than"""
 SLOW = 3e-7
 """share of the lift; what a step has to gain of a residual below LITTLE, lest its breaks are left where they are"""
+TRIED = (0, 1, 2, 4)
+"""programmes after which breaks are tried for rest"""
+FINE = 8
+"""times as many cells prove what few do not"""
 ROUNDS = 50
 PATIENT = 15
 """rounds after which breaks need find no rest where next to no residual is left"""
@@ -57,35 +60,6 @@ class Found:
     solved: Solved
 
 
-def kept(task: Task) -> float:
-    """The relative excess at which limits count as kept; a residual that is itself sought is measured in the end."""
-    return ENOUGH if task.residual.slope else KEPT
-
-
-def excess(task: Task, shape: Shape, value: float) -> tuple[float, tuple[Floats, Floats, Floats]]:
-    """How far (relative) vibration and velocity exceed their limits, and the cuts that would keep them: n, angle,
-    places."""
-    wish, none = task.wish, np.empty(0)
-    worst, n, angle, places = 0.0, none, none, none
-    if wish.band is not None and task.residual.asked:
-        peaks, z = residual_peaks(shape, wish.band, wish.damping)
-        limit = task.residual.at(value)
-        over = np.abs(z) - limit
-        # A limit that is itself sought need not be met to the last digit: the law's own residual is what counts.
-        size = max(limit, LITTLE) if task.residual.slope else limit
-        worst = max(worst, float(over.max() / size))
-        near = over > 0.1 * kept(task) * size
-        n, angle = peaks[near], np.angle(z[near])
-    if task.velocity.asked or wish.monotone:
-        at, v = shape.velocities(wish.start[0])
-        limit = task.velocity.at(value) if task.velocity.asked else np.inf
-        over = np.maximum(v - limit, (-v if wish.monotone else -v - limit))
-        worst = max(worst, float(over.max() / (limit if task.velocity.asked else 1.0)) * kept(task) / KEPT)
-        inner = len(shape.x)
-        places = at[inner:][over[inner:] > 0.1 * KEPT]
-    return worst, (n, angle, places)
-
-
 def find(task: Task, begun: Shape | None = None, purse: SearchPurse | None = None) -> Found | None:
     """The best shape; None where no mesh holds one that keeps the limits. A shape to begin with makes the mesh.
 
@@ -111,18 +85,38 @@ def find(task: Task, begun: Shape | None = None, purse: SearchPurse | None = Non
             if settled is None or excess(task, settled.shape, settled.value)[0] > kept(task):
                 break
             settled = Solved(merged(settled.shape), settled.value, settled.multipliers)
-        shape = cruising(settled.shape) if task.velocity.asked or task.wish.monotone else settled.shape
-        sharp = Programme(task, shape, cuts, settled.value, SHARP).solve(purse)
-        bound = -np.inf if sharp is None else lower_bound(task, shape, sharp.multipliers)
+        bound = _bound(task, settled, cuts, purse)
         if best is None or bound > best.bound:
             best = Found(settled.shape, settled.value, bound, settled)
         if task.residual.slope and best.value <= SILENT:
             break
-        little = task.residual.slope and best.value <= LITTLE
-        if best.value - best.bound <= (NEAR if little else CLOSE * best.value):
+        if best.value - best.bound <= _near(task, best.value):
             break
         mesh = refined(settled.shape)
     return best
+
+
+def _near(task: Task, value: float) -> float:
+    """How far from the bound a value may be for no further pass to be made."""
+    return NEAR if task.residual.slope and value <= LITTLE else CLOSE * value
+
+
+def _bound(task: Task, settled: Solved, cuts: Cuts, purse: SearchPurse) -> float:
+    """What no law can go below; where breaks are not at rest the multipliers are those of a sharp programme."""
+    shape, proof = settled.shape, settled.multipliers
+    if task.residual.slope and settled.value <= SILENT:
+        return 0.0  # no residual is below none
+    if not settled.at_rest:
+        shape = cruising(shape) if task.velocity.asked or task.wish.monotone else shape
+        sharp = Programme(task, shape, cuts, settled.value, SHARP).solve(purse)
+        if sharp is None:
+            return -np.inf
+        proof = sharp.multipliers
+    bound = lower_bound(task, shape, proof)
+    # Where breaks are at rest there are few multipliers, and finer cells cost little.
+    if settled.value - bound <= (CLOSE * settled.value if settled.at_rest else _near(task, settled.value)):
+        return bound
+    return max(bound, lower_bound(task, shape, proof, FINE * CELLS))
 
 
 def _mesh(wish: Wish) -> Floats:
@@ -190,6 +184,11 @@ def _settled(task: Task, shape: Shape, value: float, cuts: Cuts, purse: SearchPu
         if trial is None:
             reach *= 0.5
             continue
+        if turn in TRIED:
+            rest = at_rest(task, replace(trial, shape=joined(trial.shape, 1.01 * CLOSEST)))
+            if rest is not None:
+                found = rest.multipliers.cuts
+                return rest, cuts.and_at(found.n, found.angle, found.places)
         moved = float(np.abs(trial.shape.x - shape.x).max())
         gaps = values(trial.shape, moment_parts(trial.shape.x, shape.smooth)) - task.wish.moments
         missed = float(np.abs(gaps).max())

@@ -1,0 +1,382 @@
+"""Where the breaks of a best law come to rest, by Newton's method, once linear programmes have shown what it is built
+of: quadratic where the programmes creep.
+
+Under a limit of the jerk the best law's jerk is at its limit, or none where acceleration or velocity is held, so that
+the breaks are all the unknowns. A functional of the law, with the kernel k, is
+
+    f = -a(0) Phi'(0) + sum D Phi(x),    Phi(x) = integral from x to 1 of k(u) (u - x) du,    Phi'' = k,
+
+D the jerk's steps: it curves with each break alone. Peaks of the vibration and of the velocity move with the breaks,
+which adds a term of rank one. The limits that hold are equations, and their multipliers those of all laws.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.maths import Floats
+from camgeom.motion.optimal.excess import KEPT, excess
+from camgeom.motion.optimal.programme import Cuts, Multipliers, Solved
+from camgeom.motion.optimal.shape import Complexes, Shape, decay, residual_peaks
+from camgeom.motion.optimal.wish import Task
+
+STEPS = 12
+"""of Newton's method; sound ones take five to nine"""
+CHANGES = 5
+"""of the set of limits that hold"""
+STILL = 0.25
+"""share of the jerk's limit below which a span holds what it has reached"""
+HELD, TOUCHED = 1e-2, 1e-3
+"""relative; by how much a held limit may be missed before, and how near a peak is that is taken for one at its limit"""
+REST, FAR = 1e-12, 1e-3
+"""breaks that move less are at rest, and breaks that move more are far from it"""
+FARTHEST, NEAREST = 0.3, 0.02
+"""of the shortest span: how far breaks move in one step, and what share of a step is too little to go on with"""
+SHORT = 1e-5
+"""a span that leaves its jerk too few digits"""
+NOTHING = 1e-9
+"""what rounding leaves of a multiplier"""
+
+
+class Row(NamedTuple):
+    """An equation lack = 0: its slopes for the inner breaks (M,) and for t, its curvature with each break alone (M,)
+    and the rest of it (M, M), and Phi of its kernel at all breaks (K + 1,)."""
+
+    lack: float
+    slope: Floats
+    t: float
+    alone: Floats
+    curve: Floats
+    phi: Floats
+
+
+class _Waves(NamedTuple):
+    """z(n) (q,) with two derivatives by n; of its kernel Phi, Phi', Phi'' and the derivative of Phi' by n (q, K + 1).
+    """
+
+    z: Complexes
+    rate: Complexes
+    bend: Complexes
+    phi: Complexes
+    first: Complexes
+    second: Complexes
+    faster: Complexes
+
+    @property
+    def modulus(self) -> tuple[Floats, Floats, Floats]:
+        """|z| and its two derivatives by n."""
+        size = np.abs(self.z)
+        back = np.conj(self.z) / size
+        turned = (back * self.rate).imag
+        return size, (back * self.rate).real, (back * self.bend).real + turned * turned / size
+
+
+@final
+class Build:
+    """What stays while breaks move: the jerk of each span (K,), and where limits hold.
+
+    levels   breaks at which the acceleration is at its limit, with its sign; it stays there where the jerk is none
+    cruises  breaks from which the velocity stays at its limit, with its sign
+    peaks    spans inside which the velocity has a peak at its limit, with its sign
+    n        where the vibration has a peak at its limit; `pressed` is what each was worth when last seen
+    """
+
+    def __init__(self, task: Task, jerk: Floats, first: float) -> None:
+        self.task, self.jerk, self.first = task, jerk, first
+        self.steps = np.diff(jerk, prepend=0.0)
+        self.fixed = 2 + (task.wish.end[1] is not None)
+        self.levels: list[tuple[int, float]] = []
+        self.cruises: list[tuple[int, float]] = []
+        self.peaks: list[tuple[int, float]] = []
+        self.n: Floats = np.empty(0)
+        self.pressed: Floats = np.empty(0)
+
+    @property
+    def limits(self) -> npt.NDArray[np.bool_]:
+        """Which rows are limits, worth something or nothing; all others are equations."""
+        out = np.ones(self.fixed + len(self.levels) + 2 * len(self.cruises) + len(self.peaks) + len(self.n), dtype=bool)
+        after = self.fixed + len(self.levels)
+        out[: self.fixed] = False
+        out[after + 1 : after + 2 * len(self.cruises) : 2] = False
+        return out
+
+    def shape(self, x: Floats) -> Shape:
+        """The law with breaks at x (K + 1,)."""
+        return Shape(x, self.first + np.append(0.0, np.cumsum(self.jerk * np.diff(x))))
+
+    def rows(self, x: Floats, t: float) -> list[Row]:
+        """All equations: the moments, the end's acceleration where it is fixed, then the limits in the order above; of
+        a cruise its velocity and its acceleration, which is none."""
+        task, wish, shape = self.task, self.task.wish, self.shape(x)
+        d, inner, y = self.steps[1:], x[1:-1], 1.0 - x
+        one, none, flat = np.ones_like(x), np.zeros_like(x), np.zeros((len(d), len(d)))
+        rows = []
+        for phi, first, second, wanted in zip(
+            (0.5 * y**2, y**3 / 6.0), (-y, -0.5 * y**2), (one, y), wish.moments, strict=True
+        ):
+            lack = float(self.steps @ phi[:-1] - self.first * first[0]) - wanted
+            rows.append(Row(lack, d * first[1:-1], 0.0, d * second[1:-1], flat, phi))
+        if wish.end[1] is not None:
+            rows.append(Row(float(shape.a[-1]) - wish.end[1], -d, 0.0, 0.0 * d, flat, none))
+        top = task.acceleration
+        for k, sign in self.levels:
+            lack = float(sign * shape.a[k]) - top.at(t)
+            rows.append(Row(lack, sign * self._level(k), -top.slope, 0.0 * d, flat, none))
+        v = shape.states(wish.start[0])[1]
+        for k, sign in self.cruises:
+            before = np.where(np.arange(len(d)) < k - 1, d, 0.0)
+            slope, curve = -before * (x[k] - inner), flat.copy()
+            slope[k - 1] = shape.a[k]
+            curve[k - 1] = curve[:, k - 1] = self._level(k)
+            rows.append(self._velocity(float(v[k]), sign, slope, before, curve, x, x[k], t))
+            rows.append(Row(float(shape.a[k]), self._level(k), 0.0, 0.0 * d, flat, none))
+        for k, sign in self.peaks:
+            u = -shape.a[k] / self.jerk[k]
+            before = np.where(np.arange(len(d)) < k, d, 0.0)
+            slope, curve = -before * (x[k] + u - inner), -np.outer(before, before) / self.jerk[k]
+            rows.append(self._velocity(float(v[k] + u * shape.a[k] / 2.0), sign, slope, before, curve, x, x[k] + u, t))
+        return rows + self._residuals(x, t)
+
+    def _level(self, k: int) -> Floats:
+        """How the acceleration at break k answers to the inner breaks (M,)."""
+        slope = np.where(np.arange(len(self.jerk) - 1) < k - 1, -self.steps[1:], 0.0)
+        slope[k - 1] = self.jerk[k - 1]
+        return slope
+
+    def _velocity(
+        self, v: float, sign: float, slope: Floats, alone: Floats, curve: Floats, x: Floats, at: float, t: float
+    ) -> Row:
+        """The row of a velocity, upwards or downwards, that is at its limit at a place."""
+        limit = self.task.velocity
+        phi = 0.5 * sign * np.maximum(at - x, 0.0) ** 2
+        if sign < 0.0 and self.task.wish.monotone:
+            return Row(-v, -slope, 0.0, -alone, -curve, phi)
+        return Row(sign * v - limit.at(t), sign * slope, -limit.slope, sign * alone, sign * curve, phi)
+
+    def _residuals(self, x: Floats, t: float) -> list[Row]:
+        """A row of each peak of the vibration, n moved to where the peak is."""
+        if not len(self.n):
+            return []
+        low, high = self.task.wish.band or (0.0, 0.0)
+        _, rate, bend = self.waves(x).modulus
+        self.n = np.clip(self.n - np.where(bend < 0.0, rate / np.where(bend < 0.0, bend, 1.0), 0.0), low, high)
+        waves, d, limit = self.waves(x), self.steps[1:], self.task.residual
+        size, _, bend = waves.modulus
+        back = (np.conj(waves.z) / size)[:, None]
+        to_x = d * (back * waves.first)[:, 1:-1]
+        turned = (back[:, 0] * waves.rate).imag / size
+        mixed = d * (back * waves.faster)[:, 1:-1].real + turned[:, None] * to_x.imag
+        mixed[(self.n <= low) | (self.n >= high) | (bend >= 0.0)] = 0.0  # a peak at the band's end stays
+        straight, phi = d * (back * waves.second)[:, 1:-1].real, (back * waves.phi).real
+        return [
+            Row(
+                float(size[i]) - limit.at(t),
+                to_x[i].real,
+                -limit.slope,
+                straight[i],
+                np.outer(to_x[i].imag, to_x[i].imag) / size[i] - np.outer(mixed[i], mixed[i]) / bend[i],
+                phi[i],
+            )
+            for i in range(len(size))
+        ]  # fmt: skip
+
+    def waves(self, x: Floats) -> _Waves:
+        """The vibration at n with what it answers to."""
+        n, y = self.n[:, None], 1.0 - x
+        rate_of, frequency = decay(self.n, self.task.wish.damping)
+        k, damped = rate_of[:, None], frequency[:, None]
+        fade = np.exp(-k * y)
+        rise = (1.0 - fade) / k
+        phi = (y - rise) / (k * damped)
+        first: Complexes = -rise / damped
+        second: Complexes = np.divide(fade, damped)
+        faster = (2.0 * rise - y * fade) / (n * damped)
+        # The derivatives of Phi and Phi' by n, the rate of decay and the frequency being proportional to it.
+        once = (3.0 * rise - y * (2.0 + fade)) / (n * k * damped)
+        twice = ((6.0 * y * (1.0 + fade) - 12.0 * rise) / k + y * y * fade) / (n * n * damped)
+        fastest = (4.0 * y * fade - 6.0 * rise + k * y * y * fade) / (n * n * damped)
+        z, rate, bend = (
+            by_break[:, :-1] @ self.steps - self.first * by_start[:, 0]
+            for by_break, by_start in ((phi, first), (once, faster), (twice, fastest))
+        )
+        return _Waves(z, rate, bend, phi, first, second, faster)
+
+    def let_go(self, worth: Floats) -> bool | None:
+        """Take out the touch of a limit that is worth least, below nothing; whether there was one, None where the build
+        itself is what is worth less than nothing."""
+        net = np.where(self.limits, worth, 0.0)
+        least = int(net.argmin())
+        if net[least] >= -NOTHING:
+            return False
+        at = least - self.fixed
+        if at < len(self.levels):
+            if self.jerk[self.levels[at][0]] == 0.0:
+                return None
+            self.levels.pop(at)
+            return True
+        at -= len(self.levels) + 2 * len(self.cruises)
+        if at < 0:
+            return None
+        if at < len(self.peaks):
+            self.peaks.pop(at)
+        else:
+            at -= len(self.peaks)
+            self.n, self.pressed = np.delete(self.n, at), np.delete(self.pressed, at)
+        return True
+
+    def solved(self, x: Floats, t: float, worth: Floats) -> Solved:
+        """The law with the multipliers of its rows."""
+        shape, rows = self.shape(x), self.rows(x, t)
+        after = self.fixed + len(self.levels)
+        cruising, peaking = worth[after : after + 2 * len(self.cruises)], after + 2 * len(self.cruises)
+        # S less the end of W: it steps where the acceleration is at a limit, and where a cruise begins.
+        steps = np.zeros(len(x))
+        steps[-1] = worth[2] if self.fixed > 2 else 0.0
+        for (k, sign), w in zip(self.levels, worth[self.fixed : after], strict=True):
+            steps[k] += sign * w
+        for (k, _), w in zip(self.cruises, cruising[1::2], strict=True):
+            steps[k] += w
+        level = -np.cumsum(steps[::-1])[::-1][1:]
+        mean = -np.diff(worth @ np.array([row.phi for row in rows])) / shape.h
+        peaks = worth[peaking : peaking + len(self.peaks)]
+        places = [x[k] for k, _ in self.cruises] + [x[k] - shape.a[k] / self.jerk[k] for k, _ in self.peaks]
+        up = np.array([sign for _, sign in self.cruises + self.peaks]) > 0.0
+        pressed = np.concatenate([cruising[::2], peaks])
+        cuts = Cuts(self.n, np.angle(self.waves(x).z), np.array(places))
+        return Solved(
+            shape,
+            t,
+            Multipliers(
+                -worth[:2],
+                cuts,
+                worth[peaking + len(self.peaks) :],
+                cuts.places,
+                np.where(up, pressed, 0.0),
+                np.where(up, 0.0, pressed),
+                np.where(self.jerk != 0.0, level - mean, 0.0),
+            ),
+            at_rest=True,
+        )
+
+
+def build_of(task: Task, solved: Solved) -> tuple[Build, Floats] | None:
+    """The build of a law nearly at rest, and its breaks (K + 1,); None where it shows none."""
+    shape, wish, most = solved.shape, task.wish, task.jerk.const
+    sense = np.where(np.abs(shape.jerk) < STILL * most, 0.0, np.sign(shape.jerk))
+    kept = np.concatenate([[True], np.diff(sense) != 0.0, [True]])
+    x, a, v, sense = shape.x[kept], shape.a[kept], shape.states(wish.start[0])[1][kept], sense[kept[:-1]]
+    build = Build(task, most * sense, float(shape.a[0]))
+    top, fast = task.acceleration.at(solved.value), task.velocity.at(solved.value)
+    slow, size = (0.0, 1.0) if wish.monotone else (-fast, fast)
+    if sense[0] == 0.0:
+        return None
+    for k in range(1, len(sense)):
+        up = float(np.sign(a[k]))
+        if sense[k] != 0.0:
+            if sense[k - 1] * up > 0.0 > sense[k] * up and abs(a[k]) >= (1.0 - TOUCHED) * top:
+                build.levels.append((k, up))
+        elif abs(abs(a[k]) - top) <= HELD * top < np.inf:
+            build.levels.append((k, up))
+        elif abs(v[k] - fast) <= HELD * fast < np.inf:
+            build.cruises.append((k, 1.0))
+        elif abs(v[k] - slow) <= HELD * size < np.inf:
+            build.cruises.append((k, -1.0))
+        else:
+            return None
+    now = build.shape(x)
+    v = now.states(wish.start[0])[1]
+    cruises = [k for k, _ in build.cruises]
+    for k in np.flatnonzero((now.a[:-1] * now.a[1:] < 0.0) & (sense != 0.0)).tolist():
+        # Beside a cruise the acceleration is none, and rounding lets it change its sign.
+        if k + 1 in cruises or k - 1 in cruises:
+            continue
+        peak = v[k] - now.a[k] ** 2 / now.jerk[k] / 2.0
+        if sense[k] < 0.0 and peak >= (1.0 - TOUCHED) * fast:
+            build.peaks.append((k, 1.0))
+        elif sense[k] > 0.0 and peak <= slow + TOUCHED * size < np.inf:
+            build.peaks.append((k, -1.0))
+    if wish.band is not None and task.residual.asked:
+        cuts = solved.multipliers.cuts
+        n, _ = residual_peaks(shape, wish.band, wish.damping)
+        at = np.abs(cuts.n[:, None] - n).argmin(axis=1)
+        pressed: Floats = np.bincount(at, solved.multipliers.cut, len(n)).astype(float)
+        build.n, build.pressed = n[pressed > NOTHING], pressed[pressed > NOTHING]
+    return build, x
+
+
+def at_rest(task: Task, begun: Solved) -> Solved | None:
+    """The law at rest that is built like one nearly so, with its multipliers; None where Newton's method finds none
+    that keeps all limits and in which each is worth something, or where the jerk or the start is not given."""
+    if not task.jerk.asked or task.jerk.slope or task.wish.start[1] is None or begun.value <= 0.0:
+        return None
+    shown = build_of(task, begun)
+    if shown is None:
+        return None
+    build, x = shown
+    t = begun.value
+    for _ in range(CHANGES):
+        settled = _steps(build, x, t)
+        if settled is None:
+            return None
+        x, t, worth = settled
+        build.pressed = worth[len(worth) - len(build.n) :]
+        gone = build.let_go(worth)
+        if gone is None:
+            return None
+        if gone:
+            continue
+        shape = build.shape(x)
+        over, (n, _, places) = excess(task, shape, t)
+        if np.abs(shape.a).max() > task.acceleration.at(t) * (1.0 + KEPT) or shape.h.min() < SHORT:
+            return None
+        if over <= KEPT:
+            return build.solved(x, t, worth)
+        n = n[np.abs(n[:, None] - build.n).min(axis=1, initial=np.inf) > TOUCHED]
+        spans = (np.searchsorted(x, places) - 1).tolist()
+        if not len(n) + len(spans) or set(spans) & {k for k, _ in build.peaks + build.cruises}:
+            return None
+        build.n, build.pressed = np.append(build.n, n), np.append(build.pressed, 0.0 * n)
+        build.peaks += [(k, -float(np.sign(build.jerk[k]))) for k in spans]
+    return None
+
+
+def _steps(build: Build, x: Floats, t: float) -> tuple[Floats, float, Floats] | None:
+    """Breaks and value at which the equations of a build hold and nothing is gained by a move, and what each equation
+    is worth; None where Newton's method does not come there."""
+    worth: Floats = np.empty(0)
+    farthest = 1.0
+    for _ in range(STEPS):
+        rows = build.rows(x, t)
+        slope = np.array([np.append(row.slope, row.t) for row in rows])
+        count, width = slope.shape
+        aim = np.append(np.zeros(width - 1), 1.0)
+        if not len(worth):
+            known = count - len(build.n)
+            pull = -aim - slope[known:].T @ build.pressed
+            worth = np.concatenate([np.linalg.lstsq(slope[:known].T, pull, rcond=None)[0], build.pressed])
+        system = np.zeros((width + count, width + count))
+        weight = np.where(build.limits, np.maximum(worth, 0.0), worth) if farthest > FAR else worth
+        alone = weight @ np.array([row.alone for row in rows])
+        if farthest > FAR:
+            # A law at rest is convex, as a rule in each break alone; what is far from it need not be.
+            alone = np.maximum(alone, 0.0)
+        curve = np.einsum("i,ijk", weight, np.array([row.curve for row in rows])) + np.diag(alone)
+        system[: width - 1, : width - 1] = curve
+        system[:width, width:], system[width:, :width] = slope.T, slope
+        try:
+            answer = np.linalg.solve(system, -np.append(aim, [row.lack for row in rows]))
+        except np.linalg.LinAlgError:
+            return None
+        move, worth = answer[: width - 1], answer[width:]
+        farthest = float(np.abs(move).max())
+        share = min(1.0, FARTHEST * float(np.diff(x).min()) / max(farthest, REST))
+        if share < NEAREST or not np.isfinite(farthest):
+            return None
+        x = x + np.concatenate([[0.0], share * move, [0.0]])
+        t += share * float(answer[width - 1])
+        if farthest <= REST:
+            return x, t, worth
+    return None
