@@ -103,7 +103,7 @@ def _reach(follower: SwingingFollower, program: Program) -> Floats:
 
 
 def arc_problems(setup: Setup, radius: float) -> list[Problem]:
-    """What is wrong with an arm whose roller has to stay over a drum of `radius`, mm."""
+    """What is wrong with an arm whose roller has to stay beside a cam, or within a ring, of `radius`, mm."""
     follower = setup.follower
     if not isinstance(follower, SwingingFollower):
         return []
@@ -116,10 +116,10 @@ def arc_problems(setup: Setup, radius: float) -> list[Problem]:
         # Centred, the arc leaves the axis by half of what it bulges.
         half = 0.5 * float(np.ptp(reach))
         low, high = float(reach.max()) - radius, float(reach.min()) + radius
-        limit = f"{low:.6g} .. {high:.6g} mm, so that the arc, {aside:.6g} mm beside the axis, stays over the drum"
+        limit = f"{low:.6g} .. {high:.6g} mm, so that the arc, {aside:.6g} mm beside the axis, stays beside the cam"
         if half >= radius:
-            limit = f"an arc that bulges less than the drum's {2.0 * radius:g} mm (it does {2.0 * half:.6g}): "
-            limit += "a longer arm for the same stroke, less swing, or a larger drum"
+            limit = f"an arc that bulges less than the cam's {2.0 * radius:g} mm (it does {2.0 * half:.6g}): "
+            limit += "a longer arm for the same stroke, less swing, or a larger cam"
             return [problem("follower.arm", arm, limit)]
         return [problem("follower.pivot_distance", distance, limit)]
     if follower.pivot_distance is not None and abs(follower.pivot_distance - arm) > 0.9 * radius:

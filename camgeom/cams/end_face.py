@@ -20,7 +20,7 @@ from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Bore, Wall
-from camgeom.solid.mechanism import Drive, Drum, Measure, Mechanism
+from camgeom.solid.mechanism import Carrier, Drive, Drum, Measure, Mechanism
 from camgeom.track import TURN, Arc, Track, cone_slope
 from camgeom.track.follower import (
     AnyRoller,
@@ -47,6 +47,8 @@ NO_RING = "stress at a root is solved in rings, and a ring grooved inside is fil
 FROM_WITHIN = "an angle head carries the tool of this groove, which comes from within the ring: its paths are not made"
 GROOVE = ("length", "start", "groove_depth")
 """keys that the groove form needs"""
+MAY_HAVE = "running_clearance", "carrier_diameter"
+"""further keys of the groove form"""
 
 
 @final
@@ -54,8 +56,8 @@ class EndFace(Cam):
     """A ring on a web, 0 <= z. The roller stands at +X: it reaches in and stands on the ring's upper end, or it reaches
     out from within into a groove in the ring's inside.
 
-    What carries a roller within the ring comes in over its upper end, cranked where it is longer than the ring is wide
-    inside; no check knows its shape.
+    What carries a roller within the ring is a bar about the roller's axis, `carrier_diameter` thick, held from over
+    the ring's upper end.
     """
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("translating", "swinging")
@@ -87,6 +89,10 @@ class EndFace(Cam):
     keyway_depth: Gap = Field(0.0, description="mm, from the bore wall")
     running_clearance: Clearance = Field(
         0.0, description="mm, groove form: normal gap between roller and each flank"
+    )
+    carrier_diameter: Length | None = Field(
+        None, description="mm, groove form: of the bar about the roller's axis that carries it within the ring; it has "
+        "to clear the web"
     )
     direction: Literal["ccw", "cw"] = Field("ccw", description="the cam's turning, seen from +Z")
 
@@ -154,7 +160,7 @@ class EndFace(Cam):
             found |= idle("the play in a groove is one for the chord and the normal", "impact.clearance_kind")
             found |= idle("the roller in a groove does not turn in this solver", "impact.roller_inertia")
             return found | idle("a groove's follower has none; give cam.running_clearance", "follower.clearance")
-        keys = (*GROOVE, "running_clearance")
+        keys = *GROOVE, *MAY_HAVE
         found |= NO_GAPS | ONE_WAY | idle("only form = 'groove' has it", *(f"cam.{key}" for key in keys))
         return found | idle(
             "what a spring or weight holds on its cam has no play", "follower.clearance", "limits.play_mm"
@@ -176,7 +182,7 @@ class EndFace(Cam):
         if roller is None:
             return [*found, Problem("roller", "an end-face cam needs a roller", None, "a [roller] table")]
         if isinstance(roller, SphereRoller):
-            return [*found, problem("roller.shape", roller.shape, "cylinder, cone or crowned on an end face")]
+            return [*found, problem("roller.shape", roller.shape, "cylinder, cone or crowned on a bell")]
         if isinstance(roller, CrownedRoller) and roller.flank != "straight":
             limit = "straight: an end face is wider than the roller, whose crown would have to be cut beside it too"
             found.append(problem("roller.flank", roller.flank, limit))
@@ -231,6 +237,9 @@ class EndFace(Cam):
         if aside + mouth >= inner:
             limit = f"above {2.0 * (aside + mouth):.6g} mm, so that the roller stands within the ring"
             return [problem("cam.inner_diameter", self.inner_diameter, limit)]
+        if self.carrier_diameter is not None and aside + 0.5 * self.carrier_diameter >= inner:
+            limit = f"below {2.0 * (inner - aside):.6g} mm, so that the carrier stands within the ring"
+            return [problem("cam.carrier_diameter", self.carrier_diameter, limit)]
         tip = self.tip(roller, aside)
         if self.contact(roller)[1] > tip:
             # At zero length the end is as wide as the mouth.
@@ -552,6 +561,12 @@ class BellMechanism(Mechanism):
     def floor_gap(self) -> float:
         """From the roller's end to that of the tool, whose edge just reaches the floor, mm."""
         return self.cam.tip(self.roller, self._aside) - self.contact[1]
+
+    @property
+    def carrier(self) -> Carrier:
+        """The bar that carries the roller, above the web."""
+        lowest = self.cam.stand + float(heights(self.follower, self.program).min())
+        return Carrier(lowest - self.cam.web, self.cam.carrier_diameter)
 
     @cached_property
     def walls(self) -> tuple[Wall, ...]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camgeom.checks import check, solved
-from camgeom.checks.verdict import NO_GAP, Finding, judged
+from camgeom.checks.verdict import NO_GAP, Finding, NotJudged, judged
 
 if TYPE_CHECKING:
     from camgeom.maths import Floats
@@ -87,8 +87,8 @@ def contact_length(model: Model) -> Iterable[Finding]:
     if top is None:
         return
     advice = (
-        "the roller leaves the drum sideways and touches nothing there: a longer arm, less swing, a pivot distance "
-        "that centres the arc, or a larger drum"
+        "the roller leaves the cam sideways and touches nothing there: a longer arm, less swing, a pivot distance "
+        "that centres the arc, or a larger cam"
     )
     for track in map(model.mechanism.cutting, model.tracks):
         phi, _ = piece_grid(track.knots(), PER_TURN)
@@ -121,6 +121,23 @@ def floor_gap(model: Model) -> Iterable[Finding]:
         )  # fmt: skip
 
 
+@check("carrier", "tracks")
+def carrier(model: Model) -> Iterable[Finding | NotJudged]:
+    """From the bar that carries a roller within a ring to the ring's web."""
+    bar = model.mechanism.carrier
+    if bar is None:
+        return
+    if bar.diameter is None:
+        room = f"at its lowest its middle is {bar.room:.4g} mm above the web"
+        yield NotJudged("carrier", f"give cam.carrier_diameter, of the bar that carries the roller in the ring: {room}")
+        return
+    yield judged(
+        "carrier", bar.room - 0.5 * bar.diameter, ">", model.profile.limits.clearance_mm, "mm",
+        "the bar that carries the roller rubs on the web: a thinner one, a higher cam.start, or a thinner web",
+        where="carrier to web",
+    )  # fmt: skip
+
+
 def unheld(name: str, model: Model, duties: Iterable[Duty]) -> Iterable[Finding]:
     """Largest force of each duty that presses its follower where a groove has run out of the drum."""
     for force in filter(None, (duty.unheld for duty in duties)):
@@ -142,12 +159,14 @@ def run_out(model: Model) -> Iterable[Finding]:
     if not model.mechanism.runs_out:
         from camgeom.track.survey import smallest
 
+        intended = "run_out" in type(model.profile.cam).model_fields
+        meant = ", or say `run_out = true` where that is meant" if intended else ""
         contacts = [contact for survey in model.flanks for contact in survey.contacts]
         least = smallest(contacts, lambda flank: np.minimum(flank.x[2] - low, high - flank.x[2]))
         yield judged(
             "run-out", least.value, ">=", 0.0, "mm",
-            "the roller leaves the drum through an end face and touches nothing there: lengthen the drum or move "
-            "`start`, or say `run_out = true` where that is meant",
+            "the roller leaves the cam through an end face and touches nothing there: lengthen the cam or move the "
+            f"roller along it{meant}",
             cam_angle=least.cam_angle, where=f"{least.where} to the nearer end",
         )  # fmt: skip
         return

@@ -314,6 +314,8 @@ class Scene:
     """r/min of the real cam, stated beside the animation's slow-motion factor"""
     still: Drawing | None = None
     """What stands in its place where no 3D view can start"""
+    eye: tuple[float, float, float] | None = None
+    """Direction to the eye at first; None: the viewer's own, beside what stands at +X"""
 
     def __post_init__(self) -> None:
         for body in self.bodies:

@@ -35,8 +35,9 @@ class StationWalls:
     """The flank on panels (p, n) at one station: relative curvature of both walls, lever and path rolled.
 
     behind, ahead  relative curvature, 1/mm; `ahead` is zero where the cam has no such wall
-    lever          velocity of the contact point along the normal per unit of the coordinate (1 or mm/rad), > 0
-    cosine         of the pressure angle
+    lever          velocity of the contact point along the normal per unit of the coordinate (1 or mm/rad), > 0, of
+                   the wall that bears
+    cosine         of the pressure angle there
     rolled         path by which the roller's rim turns about its pin on either wall, mm/rad (see `Flank.rolled`)
     here           whether the walls behind and ahead exist beside the roller, which may leave the cam on purpose
     """
@@ -68,20 +69,17 @@ class Pressing:
     def force(self) -> FollowerForce:
         """Motion and force of the follower on panels; what this track's walls can give.
 
-        A track with one wall (force-closed cam, one disc of a conjugate pair) pushes one way only: the force is
-        clipped at zero, on panels that have an edge where it changes sign. So they have under a crown, whose pressure
-        is steep there.
+        Its panels have an edge where it changes sign: the roller goes over to the other wall, on which it turns at
+        another speed. A track with one wall (force-closed cam, one disc of a conjugate pair) pushes one way only:
+        there the force is clipped at zero.
         """
         full = self.load.sampled()
         if self.runs_out:
             return self._held(full)
-        both = len(self.track.sides) > 1
-        if both and not self.crowned and not self.ends.stated:
-            return full
         zeros = roots(full.panels, full.force[None], QUIET * float(np.abs(full.force).max(initial=0.0)))[0]
         if zeros.size:
             full = self.load.sampled(full.panels.split(zeros))
-        if both:
+        if len(self.track.sides) > 1:
             return full
         wall = Flank(self.track, full.panels.theta[0], np.array([self.station]), self.track.sides[0])
         sign = 1.0 if wall.behind else -1.0
@@ -148,11 +146,14 @@ class Pressing:
             for side, flank in flanks.items()
         }
         none = np.zeros(shape, dtype=bool)
+        # A cone whose arm carries it aside touches its walls at two places that are no mirror images of each other.
+        one, other = (flanks[side] if side is not None else some for side in (behind, ahead))
+        pressed = self.force.force >= 0.0
         return StationWalls(
             curvature[behind] if behind is not None else zero,
             curvature[ahead] if ahead is not None else zero,
-            np.abs(some.lever()).reshape(shape),
-            np.cos(some.pressure_angle()).reshape(shape),
+            np.where(pressed, *(np.abs(flank.lever()).reshape(shape) for flank in (one, other))),
+            np.where(pressed, *(np.cos(flank.pressure_angle()).reshape(shape) for flank in (one, other))),
             (
                 rolled[behind] if behind is not None else zero,
                 rolled[ahead] if ahead is not None else zero,

@@ -21,7 +21,7 @@ from camgeom.report.sections.bodies import (
     follower_bodies,
     placed,
 )
-from camgeom.report.sections.mechanism import SHADES, fields
+from camgeom.report.sections.mechanism import INTO_RING, SHADES, fields
 from camgeom.report.views import CuttingPlane, View
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def seen_from(
     """Direction to the eye: beside the follower, which stands at +X, and higher over a flat cam; of a follower inside a
     ring from over the far side of it, of one on the edge of a plate from that edge."""
     if inside:
-        return (-0.72, -0.58, 1.1)
+        return INTO_RING
     if edge:
         return (0.58, 0.72, 0.85)
     size = np.ptp(np.concatenate([mesh.vertices for _, mesh in cams]), axis=0)

@@ -31,6 +31,7 @@ def scene_json(scene: Scene, level: int = 9) -> str:
         "angles": pack(scene.angles.astype(np.float32)),
         "frames": len(scene.angles),
         "speed": scene.speed,
+        **({} if scene.eye is None else {"eye": scene.eye}),
         "bodies": [_body(body, scene, pack) for body in scene.bodies],
         "shades": [
             {

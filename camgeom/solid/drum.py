@@ -26,7 +26,7 @@ CORNER = 0.98
 WALL_SAMPLES = 360
 FACING = 0.71
 """least cosine between a web and the normals of both of its edges"""
-THIN_WEB = "enlarge the drum, use a smaller roller, or give the steep motion more cam angle"
+THIN_WEB = "enlarge the cam, use a smaller roller, or give the steep motion more cam angle"
 WEB_DEPTHS = 5
 """places between floor and outside at which the material between two passes is measured"""
 
@@ -372,7 +372,10 @@ def _cone_webs(track: Track, phi: Floats, edges: dict[float, Floats], slope: flo
         normal *= np.sign((normal * from_to(middle, edge)).sum(axis=0))
         turned = np.angle(_azimuth(edge)[None, :] / _azimuth(edge)[:, None])
         c, s = np.cos(sine * turned), np.sin(sine * turned)
-        d = np.stack([radius * s / sine, (edge[2][None, :] - edge[2][:, None]) * scale + radius * (1.0 - c) / sine])
+        # sin(a) / sine and (1 - cos(a)) / sine, a = sine turned, which stay exact where the cone is a cylinder.
+        half = 0.5 * sine * turned
+        around, up = turned * np.sinc(2.0 * half / np.pi), turned * np.sin(half) * np.sinc(half / np.pi)
+        d = np.stack([radius * around, (edge[2][None, :] - edge[2][:, None]) * scale + radius * up])
         distance = np.hypot(*d)
         leaving = d[0] * normal[0][:, None] + d[1] * normal[1][:, None]
         arriving = -d[0] * (normal[0] * c - normal[1] * s) - d[1] * (normal[0] * s + normal[1] * c)
@@ -397,7 +400,7 @@ def ends_walls(
     """
     low, high = z.min(axis=0), z.max(axis=0)
     i, j = int(np.argmin(low)), int(np.argmax(high))
-    advice = "move `start`, lengthen the drum, or shorten the stroke"
+    advice = "move `start`, lengthen the cam, or shorten the stroke"
     found = []
     if low[i] > start:
         found.append(Wall(f"{track.name} to {below}", float(low[i] - start), float(phi[i]), advice))

@@ -91,6 +91,18 @@ class Drum:
 
 
 @immutable(eq=True)
+class Carrier:
+    """A bar about a roller's axis, which carries it within a ring.
+
+    room      least way from that axis down to the ring's web, mm
+    diameter  of the bar, mm; None where the profile does not say
+    """
+
+    room: float
+    diameter: float | None
+
+
+@immutable(eq=True)
 class Measure:
     """A dimension of the section through the axis, from (z, x) to (z, x), mm: a length along it, or a diameter."""
 
@@ -327,6 +339,11 @@ class Mechanism(ABC):
 
         A turret's stands among its gaps.
         """
+        return None
+
+    @property
+    def carrier(self) -> Carrier | None:
+        """What carries a roller that stands within its cam; None where nothing of the cam is about it."""
         return None
 
     @property

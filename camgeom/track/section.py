@@ -279,9 +279,9 @@ class Column:
         if beside + widest > level.radius:
             raise DesignError(
                 f"at cam angle {np.degrees(self.phi[worst]):.6g} deg the arc of track {self.track.name!r} stands "
-                f"{beside:.4g} mm beside the cam's axis, and with its {widest:.4g} mm of radius leaves the drum "
+                f"{beside:.4g} mm beside the cam's axis, and with its {widest:.4g} mm of radius leaves the cam "
                 f"({level.radius:g} mm) sideways: a longer arm, less swing, a pivot_distance that centres the arc on "
-                "the axis, or a larger drum"
+                "the axis, or a larger cam"
             )
 
     @property

@@ -622,6 +622,12 @@ def rubbing(data: Data, dice: Dice) -> None:
     data["roller"]["length"] = data["cam"]["groove_depth"] + dice.one(0.0, 0.0, dice.between(0.01, 0.3))
 
 
+def thick_carrier(data: Data, dice: Dice) -> None:
+    """A bar about a bell's roller thicker by 0.2 to 20 % than twice the height of the roller's axis at zero lift."""
+    cam = data["cam"]
+    cam["carrier_diameter"] = 2.0 * dice.between(1.002, 1.2) * (cam["start"] - cam["web"])
+
+
 def pivot_within(data: Data, dice: Dice) -> None:
     """An arm that pivots inside the disc it runs on."""
     cam, radius = data["cam"], 0.5 * data["roller"]["diameter"]
@@ -840,6 +846,7 @@ FAULTS: dict[str, Fault] = {
     "roller on its floor": Fault(
         (*GROOVES, *PLATES, "linear"), rubbing, ("floor-gap",), ("roller.length", "groove_depth")
     ),
+    "carrier on the web": Fault(BELLS, thick_carrier, ("carrier",), ("carrier_diameter",)),
     "pivot within the disc": Fault(
         ("disc, swinging roller",), pivot_within, ("pivot",), ("center_distance", "arm"), warns=True
     ),

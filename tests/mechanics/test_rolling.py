@@ -69,6 +69,21 @@ def test_in_a_drums_groove_the_middles_path_is_what_it_rolls() -> None:
         assert rim == pytest.approx(middle, rel=1e-12)
 
 
+@pytest.mark.parametrize("name", ["disc_face_groove", "conical_guide"])
+def test_what_a_roller_rolls_changes_where_it_goes_over_to_the_other_wall(name: str) -> None:
+    """Its walls turn it at two speeds: a fine midpoint sum, and not a panel over the change."""
+    duty = made(name).duty
+    n = 60_000
+    phi = (np.arange(n) + 0.5) * (2.0 * pi / n)
+    signed = duty.force.panels.at(duty.force.force, phi)
+    rolled = {}
+    for side in duty.track.sides:
+        flank = Flank(duty.track, phi, np.array([duty.station]), side)
+        rolled[flank.behind] = flank.rolled[:, 0]
+    want = np.where(signed >= 0.0, rolled[True], rolled[False]).sum() * 2.0 * pi / n
+    assert duty.fatigue_data()["path_per_turn_m"] * 1000.0 == pytest.approx(want, rel=1e-5)
+
+
 def test_the_bearing_of_a_roller_on_the_outer_flank_counts_all_its_turns() -> None:
     """Revolutions are the rim's path over the circumference."""
     model = made("disc_face_groove", roller={"dynamic_rating": 669.0})

@@ -6,13 +6,14 @@ from __future__ import annotations
 import sys
 import tomllib
 from dataclasses import replace
-from math import hypot, pi, sqrt
+from math import cos, hypot, pi, radians, sin, sqrt, tan
 from typing import Any
 
 import numpy as np
 import pytest
 
 from camgeom.checks import findings
+from camgeom.checks import judge as judged
 from camgeom.errors import DesignError, ProfileError
 from camgeom.export.dxf import plane_views
 from camgeom.export.step.bodies import model_bodies
@@ -267,6 +268,50 @@ def test_the_roller_s_flat_end_stays_within_the_hollow_floor() -> None:
         model(roller={"length": most + 0.01})
     with pytest.raises(ProfileError, match=r"cam.groove_depth.*flat end has room"):
         model(roller={"length": 0.1}, groove_depth=0.5)
+
+
+def test_what_carries_the_roller_is_judged_once_its_size_is_known() -> None:
+    # The roller's axis stands at 34 mm at its lowest, the web ends at 16 mm.
+    for thick, sound in ((0.999 * 36.0, True), (1.002 * 36.0, False)):
+        (bar,) = findings(model(carrier_diameter=thick), ["carrier"])
+        assert bar.passed is sound
+        assert bar.value == pytest.approx(18.0 - 0.5 * thick)
+    assert not next(iter(findings(model(carrier_diameter=35.0, limits={"clearance_mm": 0.6}), ["carrier"]))).passed
+    data = bell()
+    del data["cam"]["carrier_diameter"]
+    (lacks,) = [each for each in judged(Model(from_data(data)), ["carrier"]).not_judged if each.check == "carrier"]
+    assert "give cam.carrier_diameter" in lacks.reason
+    assert "18 mm above the web" in lacks.reason
+    with pytest.raises(ProfileError, match=r"cam.carrier_diameter.*below 112 mm"):
+        model(carrier_diameter=112.0)
+    end = tomllib.loads((PROFILES / "end_face_lifter.toml").read_text())
+    end |= {"motion": tuple(end["motion"]), "output": {}, "cam": end["cam"] | {"carrier_diameter": 10.0}}
+    with pytest.raises(ProfileError, match=r"cam.carrier_diameter.*only form = 'groove'"):
+        from_data(end)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize("direction", ["ccw", "cw"])
+def test_a_cone_on_an_arm_presses_each_wall_with_that_walls_lever(way: float, direction: str) -> None:
+    """In a dwell a flank is a surface of revolution: on a circle round the cam axis it is highest or lowest where it
+    touches, so that r m_y = -r' (y + r m_y) r / x at the place x of the roller's axis, y beside the cam's."""
+    arm, start, slope, torque = 90.0, radians(-25.0), -tan(radians(8.0)), 5000.0
+    pivot = arm * cos(start) + 6.0
+    one = model(
+        follower=ARM | {"start_angle": -25.0, "pivot_distance": pivot}, motion=SWUNG, groove_depth=12.5, start=30.0,
+        length=90.0, direction=direction, roller=CONE | {"length": 9.0}, running_clearance=0.0,
+        operation={"gravity": None, "force": ({"expression": f"{way * torque}"},)},
+    )
+    place, radius, beside = INNER + 4.5, RADIUS, pivot - arm * cos(start)
+    m_y = -slope * beside / (place + radius * slope)
+    # The lower wall, which m points down to, pushes the follower on.
+    normal = np.array([m_y, -way * sqrt(1.0 - m_y**2)]) / hypot(1.0, slope)
+    lever = abs((beside - pivot) * normal[1] - arm * sin(start) * normal[0])
+    duty = one.duty
+    (got,) = np.abs(duty.force.panels.at(duty.normal, radians(12.0)))
+    assert got == pytest.approx(torque / lever, rel=1e-9)
+    other = abs((beside - pivot) * normal[1] + arm * sin(start) * normal[0])
+    assert abs(torque / other / got - 1.0) > 2e-3
 
 
 @pytest.mark.parametrize(("room", "key"), [("web", "cam.start"), ("end", "cam.start")])

@@ -30,6 +30,7 @@ from camgeom.maths import Floats
 from camgeom.maths.hidden import edges_behind
 from camgeom.maths.mesh import Mesh
 from camgeom.report.sections.bodies import cam_meshes, carrier_meshes, face_bodies, kept, placed, poses, roller_meshes
+from camgeom.solid.mechanism import Drive
 from camgeom.track import TURN, Swing, Track
 from camgeom.track.flank import Flank
 from camgeom.track.follower import ConeRoller
@@ -137,8 +138,10 @@ def _alone(model: Model, meshes: Meshes) -> Drawing:
     paths += _behind(meshes, 1, 0.0, AXIAL)
     leaders = []
     for whose, track in [(one, track) for one in model.grooves for track in one.tracks[:1]]:
-        z = _height(whose, track)
-        if not _plate(model) and not isinstance(track.joint, Swing) and low < z < high:
+        if _plate(model) or isinstance(track.joint, Swing):
+            continue
+        z = _face(track) if whose.mechanism.drive is Drive.ALONE else _height(whose, track)
+        if low < z < high:
             dimensions.append(Dimension((low, reach), (z, reach), number(z - low, 6), "above"))
             leaders += _depth_notes(whose, track)
     return Drawing("", tuple(paths), (), tuple(dimensions), tuple(leaders), _regions(meshes, 1, 0.0, AXIAL))
@@ -483,6 +486,12 @@ def _height(model: Model, track: Track) -> float:
     return float(_stand(track, None if drum is None else drum.radius)[2])
 
 
+def _face(track: Track) -> float:
+    """Height z of a track's one wall beside the middle of its roller at cam angle 0, mm: no roller is on the part."""
+    station, (side,) = track.meridian.parameter(0.5 * sum(track.contact)), track.sides
+    return float(Flank(track, np.zeros(1), np.array([station]), side).x[2, 0, 0])
+
+
 def _stand(track: Track, place: float | None = None) -> Floats:
     """A place along the roller at cam angle 0, machine frame; None: the middle of its contact length."""
     pose = track.pose(np.zeros(1), 0)
@@ -526,7 +535,7 @@ def developed(model: Model) -> tuple[Block, ...]:
         centre = pose.a[0][:, :] + mouth * pose.u[0]
         around = -track.sense * np.unwrap(np.arctan2(centre[1], centre[0]))
         series += _turns("roller axis", np.degrees(around), centre[2], 4)
-    axis = Axis("Angle round the drum against its turning", "°", 0.0, 360.0)
+    axis = Axis("Angle round the cam against its turning", "°", 0.0, 360.0)
     panel = Panel(Axis("Height z", "mm", *_heights(model)), tuple(series), height=1.3)
     return (Chart(f"Flanks developed at radius {number(mouth)} mm", axis, (panel,)),)
 

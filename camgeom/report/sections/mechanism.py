@@ -58,6 +58,10 @@ def mechanism(model: Model) -> tuple[Block, ...]:
     return (kept(model, "3D view", lambda: scene(model, cam_meshes(model))),)
 
 
+INTO_RING = (-0.72, -0.58, 1.1)
+"""direction to the eye, over the far side of a ring whose follower stands within it at +X"""
+
+
 def scene(model: Model, meshes: tuple[tuple[str, Mesh], ...], frames: int = FRAMES, whole: bool = True) -> Scene:
     """The scene of some meshes of the cam with its follower; `whole`: with their results and the drawing that stands in
     for it."""
@@ -80,6 +84,7 @@ def scene(model: Model, meshes: tuple[tuple[str, Mesh], ...], frames: int = FRAM
         readouts,
         speed,
         views(model, meshes)[0] if whole else None,
+        INTO_RING if model.mechanism.inside else None,
     )
 
 

@@ -168,7 +168,7 @@ class Viewer {
   }
 
   look(name) {
-    const direction = new Vector3(...VIEWS[name]).normalize();
+    const direction = new Vector3(...(name === "Iso" && this.data.eye || VIEWS[name])).normalize();
     this.camera.position.copy(this.centre).addScaledVector(direction, 4 * this.radius);
     this.camera.near = 0.1 * this.radius;
     this.camera.far = 10 * this.radius;
