@@ -92,13 +92,14 @@ Form = Callable[[RollerDuty], Floats]
 
 
 def _over_turn(ours: Form, printed: Form, corrected: tuple[tuple[str, Form], ...] = ()) -> Answer:
-    """An equation over the whole turn: both forms where they differ most.
+    """An equation over the turn: both forms where they differ most, or, by rounding alone, farthest from the start's.
 
     A corrected form is as good as its largest deviation from ours anywhere, which is put on its value.
     """
     duty = machine(NAME).duty
     exact, given = ours(duty), printed(duty)
-    at = np.unravel_index(int(np.argmax(np.abs(given - exact))), exact.shape)
+    off, moved = np.abs(given - exact), np.abs(exact - exact.flat[0])
+    at = np.unravel_index(int(np.argmax(off if off.max() > 1e-12 * np.abs(exact).max() else moved)), exact.shape)
     value = float(exact[at])
     readings = tuple(Reading(what, value + float(np.abs(form(duty) - exact).max())) for what, form in corrected)
     return Answer(value, readings, float(given[at]))

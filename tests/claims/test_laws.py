@@ -288,7 +288,7 @@ def test_a_name_is_taken_once() -> None:
         enter_law("cycloidal", source="", claims=LAWS["cycloidal"].claims)(LAWS["cycloidal"].factory)
 
 
-@pytest.mark.parametrize("module", ["law", "program", "segment", "table"])
+@pytest.mark.parametrize("module", ["law", "program", "table"])
 def test_examples_in_docstrings(module: str) -> None:
     result = doctest.testmod(importlib.import_module(f"camgeom.motion.{module}"))
     assert result.failed == 0
