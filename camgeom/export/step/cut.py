@@ -171,7 +171,8 @@ class _Body:
         if lines is not None:
             axis, value = lines[0]
             low, high = (end.at[tags[0]][1 - axis] for end in ends)
-            curve, error = _line_on(one.surface, axis, value, float(low), float(high), start, stop)
+            plain = not any(isinstance(patch.written, SplineSurface) for patch in (one, other))
+            curve, error = _line_on(one.surface, axis, value, float(low), float(high), start, stop, plain)
         else:
             rough = self.cut.vertices[chain.path].copy()
             rough[0], rough[-1] = start, stop
@@ -218,11 +219,12 @@ def _start(surface: Surface, points: Floats, known: Floats) -> Floats:
 
 
 def _line_on(
-    surface: Surface, axis: int, value: float, low: float, high: float, start: Floats, stop: Floats
+    surface: Surface, axis: int, value: float, low: float, high: float, start: Floats, stop: Floats, plain: bool
 ) -> tuple[Curve, float]:
-    """The curve of one constant parameter between two values of the other, and its deviation in mm."""
+    """The curve of one constant parameter between two values of the other, and its deviation in mm; a line or circle
+    where it is one and both of its faces are `plain`."""
     if isinstance(surface, SplineSurface):
-        return iso_curve(surface, axis, value, low, high), 0.0
+        return iso_curve(surface, axis, value, low, high, plain), 0.0
     if isinstance(surface, Torus):
         high = low + (high - low + pi) % (2.0 * pi) - pi
 

@@ -9,7 +9,18 @@ import numpy as np
 from camgeom.errors import ExportError
 from camgeom.export import Colour
 from camgeom.export.step.brep import Assembly, Brep, Edge, Face, FacetBody, Loop, Placed, Vertex
-from camgeom.export.step.geometry import Circle, Cone, Curve, Frame, Line, Plane, SplineCurve, Surface, Torus
+from camgeom.export.step.geometry import (
+    Circle,
+    Cone,
+    Curve,
+    Frame,
+    Line,
+    Plane,
+    SplineCurve,
+    SplineSurface,
+    Surface,
+    Torus,
+)
 from camgeom.export.step.text import Instances, integers, real, reals, references, string, triples
 from camgeom.maths.splines import Basis
 
@@ -27,6 +38,8 @@ _SCHEMAS: dict[Schema, tuple[str, str, str, int]] = {
 """What a file says of itself: its schema, and the application protocol with its status and year."""
 UNCERTAINTY = 1e-7
 """mm, the distance below which a reader may take points for one"""
+Lines = dict[Edge, list[int]]
+"""PCURVEs of edges, in the faces they border"""
 TIMESTAMP = "1970-01-01T00:00:00"
 """The same for every file, so that the same shape gives the same bytes."""
 
@@ -223,30 +236,66 @@ def _vertex(out: Instances, corner: Vertex) -> int:
     return known or out.remember(corner, out.add(f"VERTEX_POINT('',#{out.point(corner.point)})"))
 
 
-def _edge(out: Instances, edge: Edge) -> int:
+def _edge(out: Instances, edge: Edge, lines: Lines) -> int:
     known = out.known(edge)
     if known:
         return known
     ends = _vertex(out, edge.start), _vertex(out, edge.end)
-    return out.remember(edge, out.add(f"EDGE_CURVE('',#{ends[0]},#{ends[1]},#{_curve(out, edge.curve)},.T.)"))
+    curve = _curve(out, edge.curve)
+    if edge in lines:
+        curve = out.add(f"SURFACE_CURVE('',#{curve},{references(lines[edge])},.CURVE_3D.)")
+    return out.remember(edge, out.add(f"EDGE_CURVE('',#{ends[0]},#{ends[1]},#{curve},.T.)"))
 
 
-def _loop(out: Instances, loop: Loop) -> int:
-    uses = [out.add(f"ORIENTED_EDGE('',*,*,#{_edge(out, use.edge)},{'.T.' if use.forward else '.F.'})") for use in loop]
+def _loop(out: Instances, loop: Loop, lines: Lines) -> int:
+    uses = [
+        out.add(f"ORIENTED_EDGE('',*,*,#{_edge(out, use.edge, lines)},{'.T.' if use.forward else '.F.'})")
+        for use in loop
+    ]
     return out.add(f"EDGE_LOOP('',{references(uses)})")
 
 
-def _face(out: Instances, face: Face) -> int:
+def _face(out: Instances, face: Face, on: int, lines: Lines) -> int:
     kinds = ["FACE_OUTER_BOUND", *["FACE_BOUND"] * (len(face.loops) - 1)]
-    bounds = [out.add(f"{kind}('',#{_loop(out, loop)},.T.)") for kind, loop in zip(kinds, face.loops)]
+    bounds = [out.add(f"{kind}('',#{_loop(out, loop, lines)},.T.)") for kind, loop in zip(kinds, face.loops)]
     sense = ".T." if face.same_sense else ".F."
-    on = _surface(out, face.surface)
     return out.add(f"ADVANCED_FACE({string(face.name)},{references(bounds)},#{on},{sense})")
+
+
+def _lines(out: Instances, body: Brep, surfaces: list[int]) -> Lines:
+    """Where edges run in the parameters of spline faces whose borders they are.
+
+    Without it a reader projects the edge, and where a face is narrow or ends in a point the nearest point of the face
+    says little about the parameter across it.
+    """
+    found: Lines = {}
+    for face, on in zip(body.faces, surfaces):
+        if not isinstance(face.surface, SplineSurface):
+            continue
+        for use in (use for loop in face.loops for use in loop):
+            curve = use.edge.curve
+            border = face.surface.border(curve) if isinstance(curve, SplineCurve) else None
+            if border is not None:
+                found.setdefault(use.edge, []).append(_line_in(out, on, *border))
+    return found
+
+
+def _line_in(out: Instances, on: int, axis: int, value: float, sign: int) -> int:
+    """PCURVE along which one parameter (0 u, 1 v) of a surface has a value and the other one is the line's, signed."""
+    plane = "(GEOMETRIC_REPRESENTATION_CONTEXT(2)PARAMETRIC_REPRESENTATION_CONTEXT()REPRESENTATION_CONTEXT('',''))"
+    start, way = ((value, 0.0), (0.0, sign)) if axis == 0 else ((0.0, value), (sign, 0.0))
+    along = out.once(f"VECTOR('',#{out.direction(way)},1.)")
+    point = out.once(f"CARTESIAN_POINT('',{reals(start)})")
+    line = out.once(f"LINE('',#{point},#{along})")
+    held = out.once(f"DEFINITIONAL_REPRESENTATION('',(#{line}),#{out.once(plane)})")
+    return out.add(f"PCURVE('',#{on},#{held})")
 
 
 def _solid(out: Instances, body: Brep) -> int:
     """MANIFOLD_SOLID_BREP of a solid; returns its number."""
-    faces = [_face(out, face) for face in body.faces]
+    surfaces = [_surface(out, face.surface) for face in body.faces]
+    lines = _lines(out, body, surfaces)
+    faces = [_face(out, face, on, lines) for face, on in zip(body.faces, surfaces)]
     shell = out.add(f"CLOSED_SHELL('',{references(faces)})")
     return out.add(f"MANIFOLD_SOLID_BREP({string(body.name)},#{shell})")
 

@@ -20,6 +20,8 @@ from camgeom.maths.splines import Basis
 Vector = tuple[float, float, float]
 SETTLED = 1e-13
 """share of a parameter range below which the search for a nearest point has arrived"""
+MEET = 1e-8
+"""mm; what ought to be one curve, or to meet in one, does so within this"""
 
 
 def vector(values: npt.ArrayLike) -> Vector:
@@ -248,6 +250,38 @@ class SplineSurface:
         along = (bu @ alive).reshape(n, 2, self.v.degree + 1, 3)
         x = bv @ along[:, 0]
         return x[:, 0], (bv[:, :1] @ along[:, 1])[:, 0], x[:, 1]
+
+    def border(self, curve: SplineCurve) -> tuple[int, float, int] | None:
+        """Which of this surface's borders a curve runs along: the parameter (0 u, 1 v) that is constant, its value, and
+        the sign with which the other one is the curve's own parameter. None where it is no piece of a border, run at
+        that pace, within MEET.
+        """
+        basis = curve.basis
+        for axis, along, across in ((1, self.u, self.v), (0, self.v, self.u)):
+            if along.degree != basis.degree:
+                continue
+            if along is basis or np.array_equal(along.knots, basis.knots):
+                for end, value in ((0, across.start), (-1, across.stop)):
+                    if np.abs(self.poles.take(end, axis) - curve.poles).max() <= MEET:
+                        return axis, value, 1
+                continue
+            sign = 1 if basis.start >= along.start else -1
+            breaks = np.sort(sign * along.breaks)
+            inner = breaks[(breaks > basis.start) & (breaks < basis.stop)]
+            if basis.start < breaks[0] or basis.stop > breaks[-1] or not np.array_equal(inner, basis.breaks[1:-1]):
+                continue
+            for value in (across.start, across.stop):
+                # Splines of one degree and the same knots agree where they do so at as many points as they have poles.
+                if self._apart(curve, basis.greville, axis, value, sign) <= MEET:
+                    return axis, value, sign
+        return None
+
+    def _apart(self, curve: SplineCurve, t: Floats, axis: int, value: float, sign: int) -> float:
+        """Largest distance in mm of a curve at t (n,) from the points where one parameter has the value and the other
+        one is sign * t."""
+        at = [sign * t] * 2
+        at[axis] = np.full(len(t), value)
+        return largest_gap(self.jet(*at)[0], curve.at(t))
 
     def locate(self, points: Floats) -> tuple[Floats, Floats]:
         """Parameters (u, v) of the nearest points (damped Gauss-Newton from the nearest sample)."""

@@ -17,7 +17,7 @@ from camgeom.export.step.geometry import Curve, SplineCurve, SplineSurface, Surf
 from camgeom.export.step.recognise import curve_of
 from camgeom.export.step.spline import DEGREE, kit, refined
 from camgeom.maths import Floats
-from camgeom.maths.splines import Basis, clamped
+from camgeom.maths.splines import Basis
 
 Ints = npt.NDArray[np.int64]
 
@@ -141,21 +141,25 @@ def fit_curve(point: Callable[[Floats], Floats], start: Floats, stop: Floats, to
         spans = refined(spans, error, tolerance, DEGREE, 0.0, 1.0)
 
 
-def iso_curve(surface: SplineSurface, axis: int, value: float, low: float, high: float) -> Curve:
+def iso_curve(surface: SplineSurface, axis: int, value: float, low: float, high: float, plain: bool = False) -> Curve:
     """The line on which parameter `axis` has the value, from low to high of the other one: a piece of the surface's own
-    spline, pole for pole, or the line or circle that it is."""
-    other = (surface.v, surface.u)[axis]
-    inner = np.sort((other.breaks - low) / (high - low))
-    inner = inner[(inner > 1e-9) & (inner < 1.0 - 1e-9)]
-    basis = Basis(other.degree, clamped(inner, other.degree))
-    nodes = np.clip(basis.greville, 0.0, 1.0)
-    share = np.unique(np.concatenate([nodes, np.linspace(0.0, 1.0, 3 * len(nodes))]))
-    at = [low * (1.0 - share) + high * share] * 2
-    at[axis] = np.full(len(share), value)
+    spline, pole for pole and with its parameter (negative where high is the lower one). plain: the line or circle that
+    it is, where it is one."""
+    other, sign = (surface.v, surface.u)[axis], 1.0 if high > low else -1.0
+    low, high = sign * low, sign * high
+    inner = np.sort(sign * other.breaks)
+    room = 1e-9 * (high - low)
+    inner = inner[(inner > low + room) & (inner < high - room)]
+    ends = np.full(other.degree + 1, low), np.full(other.degree + 1, high)
+    basis = Basis(other.degree, np.concatenate([ends[0], inner, ends[1]]))
+    nodes = np.clip(basis.greville, low, high)
+    t = np.unique(np.concatenate([nodes, np.linspace(low, high, 3 * len(nodes))]))
+    at = [sign * t] * 2
+    at[axis] = np.full(len(t), value)
     exact = surface.jet(*at)[0]
-    poles = np.asarray(np.linalg.solve(basis.design(nodes), exact[np.searchsorted(share, nodes)]), dtype=np.float64)
+    poles = np.asarray(np.linalg.solve(basis.design(nodes), exact[np.searchsorted(t, nodes)]), dtype=np.float64)
     poles[0], poles[-1] = exact[0], exact[-1]
-    return curve_of(basis, poles, exact)
+    return curve_of(basis, poles, exact) if plain else SplineCurve(basis, poles)
 
 
 @final

@@ -32,6 +32,8 @@ from camgeom.maths.splines import Basis
 
 EXACT = 1e-9
 """mm"""
+NARROW = 1e-6
+"""mm; of a strip narrower than this rounding says how it is inclined"""
 
 
 def curve_of(basis: Basis, poles: Floats, exact: Floats) -> Curve:
@@ -70,7 +72,10 @@ def surface_of(
     """The elementary surface that all exact points (k, 3) lie on, the first of the candidates that fits, else spline.
 
     rails: the boundary curves along u; where both are circles about one axis the surface may be one of revolution.
+    A strip narrower than NARROW stays the spline: as a piece of anything else its borders may cross within rounding.
     """
+    if _breadth(spline.poles) < NARROW:
+        return spline
     few = exact[:: max(1, len(exact) // 16)]
     for candidate in candidates:
         if lies_on(candidate, few) and lies_on(candidate, exact):
@@ -84,6 +89,15 @@ def surface_of(
         if turned is not None:
             return turned
     return spline
+
+
+def _breadth(poles: Floats) -> float:
+    """Largest distance in mm from poles (n, m, 3) of the first border along u to those of the last, across the way
+    that the border runs."""
+    gap, way = poles[:, -1] - poles[:, 0], np.gradient(poles[:, 0], axis=0)
+    length = np.maximum((way * way).sum(axis=1), 1e-300)
+    across = gap - ((gap * way).sum(axis=1) / length)[:, None] * way
+    return float(np.sqrt((across * across).sum(axis=1)).max())
 
 
 def lies_on(surface: Surface, points: Floats) -> bool:

@@ -17,7 +17,7 @@ import numpy as np
 
 from camgeom.errors import DesignError, NotConverged
 from camgeom.export.step.brep import Edge, Face, Loop, Use, Vertex, reversed_loop, vertex
-from camgeom.export.step.geometry import Cone, Plane, SplineSurface, Surface, Torus, cross
+from camgeom.export.step.geometry import MEET, Cone, Curve, Plane, SplineCurve, SplineSurface, Surface, Torus, cross
 from camgeom.export.step.recognise import curve_of, surface_of
 from camgeom.export.step.spline import FIRST_SPANS, SurfaceFit, SurfacePoints, fit_bands
 from camgeom.immutable import immutable
@@ -25,8 +25,6 @@ from camgeom.maths import Floats
 
 NOTHING = 1e-7
 """mm; a band narrower than this everywhere is left out, at a knot it ends in a point"""
-MEET = 1e-8
-"""mm; patches that ought to meet at a knot must do so within this"""
 WIDEST = 5.5
 """rad; faces on surfaces of revolution are joined over knots up to this angle, so none needs a seam"""
 
@@ -111,7 +109,9 @@ class _Net:
         self.widths = np.array([[_width(fit) for fit in row] for row in fits])
         self._meet()
         self.vertices = self._make_vertices()
-        self.rails = self._make_rails()
+        curves = self._rail_curves()
+        self.groups = [_groups(self, k, curves) for k in range(len(bands))]
+        self.rails = self._make_rails(curves)
         self.sides = [[self._side(k, i) for i in range(self.count)] for k in range(len(bands))]
 
     def empty(self, band: int, interval: int) -> bool:
@@ -141,7 +141,27 @@ class _Net:
             )
         return rails
 
-    def _make_rails(self) -> list[list[Edge]]:
+    def _rail_curves(self) -> list[list[Curve]]:
+        """Curves by rail and interval; a band that is nothing has one for both of its rails."""
+        curves: list[list[Curve]] = []
+        for r in range(len(self.bands) + 1):
+            row = []
+            for i in range(self.count):
+                if r > 0 and self.empty(r - 1, i):
+                    row.append(curves[r - 1][i])
+                    continue
+                fit, column = self._rail_fit(r, i)
+                row.append(curve_of(fit.u, fit.poles[:, column], fit.exact[:, column]))
+            curves.append(row)
+        return curves
+
+    def _rail_fit(self, r: int, i: int) -> tuple[SurfaceFit, int]:
+        """The fit that a rail is taken from, and the column of its poles."""
+        return self.fits[min(r, len(self.bands) - 1)][i], 0 if r < len(self.bands) else -1
+
+    def _make_rails(self, curves: list[list[Curve]]) -> list[list[Edge]]:
+        """Edges by rail and interval. Beside a spline face an edge is the border of that face and nothing else, however
+        nearly a line or a circle: so its parameter is the face's, and the file can say where in the face it runs."""
         rails: list[list[Edge]] = []
         for r in range(len(self.bands) + 1):
             row = []
@@ -149,12 +169,18 @@ class _Net:
                 if r > 0 and self.empty(r - 1, i):
                     row.append(rails[r - 1][i])
                     continue
-                fit = self.fits[min(r, len(self.bands) - 1)][i]
-                column = 0 if r < len(self.bands) else -1
-                ends = self.vertices[r][i], self.vertices[r][(i + 1) % self.count]
-                row.append(Edge(curve_of(fit.u, fit.poles[:, column], fit.exact[:, column]), *ends))
+                curve = curves[r][i]
+                above = next((k for k in range(r, len(self.bands)) if not self.empty(k, i)), None)
+                if (r > 0 and self._splined(r - 1, i)) or (above is not None and self._splined(above, i)):
+                    fit, column = self._rail_fit(r, i)
+                    curve = SplineCurve(fit.u, fit.poles[:, column])
+                row.append(Edge(curve, self.vertices[r][i], self.vertices[r][(i + 1) % self.count]))
             rails.append(row)
         return rails
+
+    def _splined(self, k: int, i: int) -> bool:
+        """Whether the face of a band between two knots is a spline."""
+        return any(i in members and isinstance(surface, SplineSurface) for surface, members in self.groups[k])
 
     def _side(self, k: int, i: int) -> Edge | None:
         """Edge across band k at knot i, or None where the band ends in a point there."""
@@ -162,6 +188,8 @@ class _Net:
         if start is end:
             return None
         fit = self.fits[k][i]
+        if self._splined(k, i) or self._splined(k, (i - 1) % self.count):
+            return Edge(SplineCurve(fit.v, fit.poles[0]), start, end)
         return Edge(curve_of(fit.v, fit.poles[0], fit.exact[0]), start, end)
 
     def rail_loop(self, r: int) -> Loop:
@@ -178,23 +206,27 @@ def _width(fit: SurfaceFit) -> Floats:
 
 def _band_faces(net: _Net, k: int, outward: float) -> list[Face]:
     """Faces of band k; neighbours on one elementary surface and of one name are joined."""
-    band, row = net.bands[k], net.fits[k]
+    return [_face(net, k, surface, members, outward) for surface, members in net.groups[k]]
+
+
+def _groups(net: _Net, k: int, curves: list[list[Curve]]) -> list[tuple[Surface, list[int]]]:
+    """Surfaces of band k, each with the intervals it goes over."""
+    band = net.bands[k]
     groups: list[tuple[Surface, list[int], float]] = []
-    for i, fit in enumerate(row):
+    for i, fit in enumerate(net.fits[k]):
         if net.empty(k, i):
             continue
         spline = SplineSurface(fit.u, fit.v, fit.poles)
         last = groups[-1] if groups and groups[-1][1][-1] == i - 1 and band.label(i - 1) == band.label(i) else None
         tried = (*band.candidates, *((last[0],) if last and last[0] not in band.candidates else ()))
-        rails = net.rails[k][i].curve, net.rails[k + 1][i].curve
-        surface = surface_of(spline, fit.exact.reshape(-1, 3), rails, tried)
+        surface = surface_of(spline, fit.exact.reshape(-1, 3), (curves[k][i], curves[k + 1][i]), tried)
         angle = _turned(surface, fit)
         if last and surface is last[0] and last[2] + angle < WIDEST:
             last[1].append(i)
             groups[-1] = (surface, last[1], last[2] + angle)
         else:
             groups.append((surface, [i], angle))
-    return [_face(net, k, surface, members, outward) for surface, members, _ in groups]
+    return [(surface, members) for surface, members, _ in groups]
 
 
 def _turned(surface: Surface, fit: SurfaceFit) -> float:
