@@ -186,7 +186,8 @@ def _settled(task: Task, shape: Shape, value: float, cuts: Cuts, purse: SearchPu
             continue
         if turn in TRIED:
             rest = at_rest(task, replace(trial, shape=joined(trial.shape, 1.01 * CLOSEST)))
-            if rest is not None:
+            # What is at rest may be so in the wrong build, and its bound tells.
+            if rest is not None and rest.value - _bound(task, rest, cuts, purse) <= _near(task, rest.value):
                 found = rest.multipliers.cuts
                 return rest, cuts.and_at(found.n, found.angle, found.places)
         moved = float(np.abs(trial.shape.x - shape.x).max())
