@@ -12,6 +12,7 @@ import argparse
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -420,6 +421,37 @@ def globoid(rng: np.random.Generator, n: int) -> tuple[Data, dict[str, Floats]]:
     }
 
 
+def parallel(
+    rng: np.random.Generator, n: int, stops: int, rollers: int, plates: int, **ranges: tuple[float, float]
+) -> tuple[Data, dict[str, Floats]]:
+    """A parallel indexer; ranges of centre distance, disc and roller diameter."""
+    data = _shipped("profiles/parallel_index.toml")
+    data["cam"] |= {"plates": plates, "direction": str(rng.choice(["cw", "ccw"]))}
+    data["follower"] |= {"stops": stops, "rollers": rollers}
+    moved = {"until": 290.0, "to": 360.0 / stops, "law": str(rng.choice(LAWS))}
+    data["motion"] = ({"until": 70.0}, moved, {"until": 360.0})
+    return data, {
+        "cam.center_distance": rng.uniform(*ranges["centre"], n),
+        "cam.diameter": rng.uniform(*ranges["disc"], n),
+        "cam.width": rng.uniform(10.0, 20.0, n),
+        "cam.running_clearance": rng.uniform(0.0, 0.05, n),
+        "follower.pitch_radius": rng.uniform(76.0, 84.0, n),
+        "follower.inertia": rng.uniform(0.1, 1.0, n),
+        "roller.diameter": rng.uniform(*ranges["roller"], n),
+        "motion[1].until": rng.uniform(270.0, 320.0, n),
+        "operation.speed": rng.uniform(50.0, 200.0, n),
+        "operation.friction": rng.uniform(1e3, 3e4, n),
+    }
+
+
+PARALLEL: dict[str, Case] = {
+    "indexer, two plates": partial(
+        parallel, stops=4, rollers=8, plates=2, centre=(132.0, 150.0), disc=(200.0, 230.0), roller=(18.0, 32.0)),
+    "indexer, two plates, eight stops": partial(
+        parallel, stops=8, rollers=16, plates=2, centre=(118.0, 130.0), disc=(130.0, 160.0), roller=(12.0, 20.0)),
+    "indexer, four plates": partial(
+        parallel, stops=4, rollers=16, plates=4, centre=(130.0, 150.0), disc=(200.0, 230.0), roller=(16.0, 30.0)),
+}  # fmt: skip
 CASES: dict[str, Case] = {
     "disc, roller on a slide": disc_roller,
     "disc, roller on an arm": disc_arm,
@@ -442,6 +474,7 @@ CASES: dict[str, Case] = {
     "drum, rib, arm": rib_arm,
     "indexer, barrel": barrel,
     "indexer, globoid": globoid,
+    **PARALLEL,
 }
 ROUND = 25
 """designs that share the words of a profile: laws, sides, the sense of turning"""

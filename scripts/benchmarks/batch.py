@@ -54,6 +54,12 @@ CASES: dict[str, tuple[str, tuple[str, ...], dict[str, tuple[float, float]]]] = 
          "roller.diameter": (22, 36), "roller.length": (20, 30), "operation.speed": (50, 200),
          "motion[1].until": (200, 300)},
     ),
+    "parallel plates": (
+        "parallel_index", ("contact.peak_slice_pressure_mpa", "fatigue.cam_life_h"),
+        {"cam.center_distance": (137, 146), "cam.diameter": (208, 226), "follower.pitch_radius": (78, 82),
+         "roller.diameter": (22, 28), "follower.inertia": (0.1, 0.6), "operation.speed": (50, 150),
+         "motion[1].until": (280, 300)},
+    ),
 }  # fmt: skip
 PART = 25_000
 

@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from camgeom.design.batch import evaluate, supports
+from camgeom.design.batch import evaluate, parallel, supports
 from camgeom.design.batch.indexer import SIDES, Indexer, Seat
 from camgeom.design.batch.legs import FINE
 from camgeom.design.batch.motion import motion_of
+from camgeom.design.batch.parallel import Plates
+from camgeom.design.batch.plates import Ring, Walls
 from camgeom.design.batch.turret import KINDS
 from camgeom.design.batch.variants import Variants
 from camgeom.maths import Floats
@@ -76,6 +78,9 @@ def test_pressures_are_found_where_a_wall_begins(name: str, values: dict[str, fl
         ("drum, rib, arm", "cam.diameter", (180.0, 200.0)),
         ("indexer, barrel", "limits.life_h", (1e3, 1e4)),
         ("indexer, globoid", "cam.tip_clearance", (0.5, 0.6)),
+        ("indexer, two plates", "limits.life_h", (1e3, 1e4)),
+        ("indexer, two plates", "cam.diameter", (205.0, 220.0)),
+        ("indexer, four plates", "motion[1].until", (280.0, 300.0)),
     ],
 )  # fmt: skip
 def test_one_key_alone_may_vary(name: str, key: str, values: tuple[float, float]) -> None:
@@ -156,6 +161,88 @@ def test_extremes_are_found_where_walls_come_and_go(name: str, seed: int, law: s
             assert mine[exists] == pytest.approx(np.degrees(np.arctan(np.sqrt(fine[exists]))), rel=1e-3)
         # One wall stands for both where halves of a move and walls are alike.
         assert len(cam.sides) == (1 if law == "modified-sine" and name == "indexer, globoid" else 2)
+
+
+def plates(stops: int = 4, rollers: int = 8, count: int = 2, law: str = "modified-sine", **roller: Any) -> Data:
+    data = read_data("profiles/parallel_index.toml")
+    data["cam"] |= {"plates": count}
+    data["follower"] |= {"stops": stops, "rollers": rollers}
+    data["roller"] |= roller
+    data["motion"] = ({"until": 70.0}, {"until": 290.0, "to": 360.0 / stops, "law": law}, {"until": 360.0})
+    return data
+
+
+def cams(data: Data, columns: dict[str, Floats]) -> Plates:
+    profile = from_data(data)
+    variants = Variants(profile, columns)
+    return Plates(variants, motion_of(variants))
+
+
+@pytest.mark.parametrize(
+    ("data", "diameters"),
+    [
+        (plates(), [150.0, 180.0, 218.0, 235.0]),
+        (plates(law="universal-asymmetric"), [180.0, 218.0, 235.0]),
+        # Two paths on a plate, each of which ends where the other begins.
+        (plates(rollers=16, diameter=16.0), [200.0, 218.0]),
+        (plates(8, 16, diameter=16.0), [140.0, 160.0]),
+        (plates(rollers=16, count=4, diameter=16.0), [180.0, 218.0]),
+        # On both sides of a band.
+        (plates(2, 8, diameter=26.0), [218.0]),
+    ],
+)
+def test_walls_begin_and_end_where_the_exact_outline_has_them(data: Data, diameters: list[float]) -> None:
+    """Found from samples, mirrored where the motion is even, or asked of the exact model: the same cam angles."""
+    every = cams(data, {"cam.diameter": np.array(diameters)})
+    walls, words = every.walled()
+    assert not any(words)
+    for row in range(len(diameters)):
+        for mine, exact in zip(walls, every._exact(row), strict=True):
+            both = [sorted((side, low % (2.0 * np.pi), high - low)
+                           for _, side, low, high in one.each[:, :, k].T if high > low)
+                    for one, k in ((mine, row), (exact, 0))]  # fmt: skip
+            assert len(both[0]) > 0
+            assert np.array(both[0]) == pytest.approx(np.array(both[1]), abs=2e-6)
+
+
+def test_what_samples_cannot_tell_is_asked_of_the_exact_outline(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As where a wall meets the rim and another one between two samples, which some of a thousand designs do."""
+    data, columns = CASES["indexer, two plates"](np.random.default_rng(3), 6)
+    traced = evaluate(from_data(data), columns)
+    assert (traced.reason == 0).sum() >= 3
+
+    def untold(ring: Ring) -> Walls:
+        return Walls(np.zeros((4, 1, ring.motion.size)), np.ones(ring.motion.size, dtype=bool))
+
+    monkeypatch.setattr(parallel, "walls", untold)
+    asked = evaluate(from_data(data), columns)
+    assert asked.words == traced.words
+    for name, values in asked.figures.items():
+        assert values == pytest.approx(traced.figures[name], rel=1e-5), name
+
+
+def test_where_no_roller_bears_is_told() -> None:
+    """A disc so small that no roller of either ring is beside its plate at some cam angle, as the exact model says."""
+    data = plates()
+    batch = evaluate(from_data(data), {"cam.diameter": np.array([130.0, 218.0])})
+    assert batch.words == ["no roller can take the turret's torque", ""]
+    assert batch.words[0] in exact_row(data, {"cam.diameter": 130.0})[1]
+
+
+@pytest.mark.parametrize(
+    ("data", "key", "word"),
+    [
+        (plates(rollers=12, count=3), "cam.diameter", "plates = 3"),
+        (plates(), "cam.plates", "another turret"),
+        (plates(), "follower.rollers", "another turret"),
+        (plates(law="constant-velocity"), "cam.diameter", "velocity jumps"),
+        (plates(end_radius=0.3), "cam.diameter", "half-space"),
+        (plates(shape="crowned", crown_radius=500.0), "cam.diameter", "crowned"),
+        (plates(misalignment_deg=0.1), "cam.diameter", "half-space"),
+    ],
+)
+def test_what_plates_leave_to_the_exact_model(data: Data, key: str, word: str) -> None:
+    assert word in str(supports(from_data(data), [key]))
 
 
 def test_what_cannot_exist_has_a_reason_and_no_figures() -> None:

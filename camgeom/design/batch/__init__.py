@@ -31,6 +31,7 @@ KERNELS = {
     "cylindrical": "drum",
     "globoidal": "turret",
     "cylindrical-index": "turret",
+    "parallel-index": "parallel",
 }
 """The file that carries a kind of cam."""
 

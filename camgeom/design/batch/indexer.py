@@ -6,7 +6,7 @@ is beside the cam, or (k, P, n) with a row for each place that a roller takes.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from copy import copy
 from math import pi
@@ -15,16 +15,14 @@ from typing import Self, final
 import numpy as np
 
 from camgeom.cams._turret import TurretKeys
+from camgeom.design.batch.driven import Driven
 from camgeom.design.batch.legs import ALIKE, program_of
 from camgeom.design.batch.motion import SAMPLES, Ints, Motion, Points
 from camgeom.design.batch.sharing import PER, STEP, THIN, Pressed, Sharing
-from camgeom.design.batch.variants import Mask, Variants, demand_of
+from camgeom.design.batch.variants import Mask, Variants
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
-from camgeom.mechanics.duty import MILLI
-from camgeom.mechanics.life import hours
-from camgeom.mechanics.load import Demand
 from camgeom.track.follower import TurretFollower
 from camgeom.track.runout import PLACES
 
@@ -78,7 +76,7 @@ class Line:
     lever: Floats
 
 
-class Indexer(ABC):
+class Indexer(Driven):
     """The cams of n variants; numbers are (n,) or (1,)."""
 
     pushing: float
@@ -167,20 +165,6 @@ class Indexer(ABC):
     @abstractmethod
     def stretch(self, seat: Seat, side: Floats | float, ends: Ends) -> tuple[Floats, Floats]:
         """Places along the rollers, mm, between which the walls on a side have the cam beside them; empty: none."""
-
-    def refuse_shared(self) -> None:
-        """What is wrong with the keys that both share."""
-        number, refusals = self.variants.number, self.variants.refusals
-        width, deep, bore = number("cam.keyway_width"), number("cam.keyway_depth"), number("cam.bore")
-        refusals.add((width > 0.0) != (deep > 0.0), "cam.keyway_depth: cannot be built")
-        refusals.add((width > 0.0) & (width >= bore), "cam.keyway_width: cannot be built")
-
-    @cached_property
-    def bored(self) -> Floats:
-        """Largest distance of the bore's outline from the axis, mm; 0 without one."""
-        number = self.variants.number
-        bore, width, deep = number("cam.bore"), number("cam.keyway_width"), number("cam.keyway_depth")
-        return np.asarray(np.where(width > 0.0, np.hypot(0.5 * bore + deep, 0.5 * width), 0.5 * bore))
 
     # Geometry
 
@@ -360,57 +344,24 @@ class Indexer(ABC):
     # Load
 
     @cached_property
-    def demand(self) -> Demand:
-        """What acts on the turret."""
-        return demand_of(self.variants)
-
-    @property
-    def speed(self) -> Floats:
-        """Cam speed, rad/s."""
-        return self.demand.speed
-
-    def torque(self, points: Points) -> Floats:
-        """Torque that the turret needs, N mm."""
-        return self.demand.force(points.theta, (points.s, points.ds, points.dds), points.side)[0]
-
-    @property
-    def mean_torque(self) -> Floats:
-        """Mean torque of the camshaft, N m: a turn ends with the speed that it began with."""
-        d, points = self.demand, self.motion.samples
-        lost = (d.friction * points.side + d.preload + d.rate * points.s) * points.ds
-        for one in d.applied:
-            lost = lost + d.of(one, points.theta, (points.s, points.ds, points.dds)) * points.ds
-        return MILLI * self.motion.integral(lost) / (2.0 * pi)
-
-    @cached_property
-    def compliances(self) -> tuple[Floats, Floats]:
-        """Of roller and cam, 1/MPa."""
-        roller, cam = ((1.0 - self.variants.number(f"material.{body}.poisson") ** 2)
-                       / self.variants.number(f"material.{body}.elastic_modulus") for body in ("roller", "cam"))
-        return roller, cam
-
-    @cached_property
-    def pair(self) -> Floats:
-        """Compliance of the two bodies, 1/MPa."""
-        return sum(self.compliances)  # type: ignore[return-value]
-
-    @cached_property
     def pressed(self) -> Pressed:
         """What the load does to the rollers that share it."""
         return Sharing(self).pressed
 
     @property
-    def peak_slice(self) -> Floats:
-        """Largest pressure, MPa."""
-        return np.sqrt(self.pressed.square)
+    def square(self) -> Floats:
+        """Square of the largest pressure of all slices, MPa²."""
+        return self.pressed.square
 
     @property
-    def cam_life(self) -> Floats:
-        """Fatigue life of the cam's walls, h."""
-        limit, cycles, exponent = (
-            self.variants.number(f"material.cam.{key}") for key in ("contact_limit", "contact_cycles", "exponent")
-        )
-        return hours((self.peak_slice / limit) ** exponent / cycles, self.speed)
+    def middle(self) -> Floats:
+        """The same of the middle slice."""
+        return self.pressed.middle
+
+    @property
+    def force(self) -> Floats:
+        """Largest force on a roller, N."""
+        return self.pressed.force
 
 
 Quantity = Callable[[Indexer, Floats, Seat, Floats | float], Floats]

@@ -101,7 +101,7 @@ class Sharing:
             middle = largest(there) * scaled
             holds.append(np.zeros_like(held[2]))
             holds[1].reshape(-1)[each] = low < high
-        lost = (total <= 0.0) & (np.abs(torque) > QUIET * self._most_torque)
+        lost = (total <= 0.0) & (np.abs(torque) > QUIET * self.cam.most_torque)
         bearing = np.zeros((len(holds), len(offsets), *shape), dtype=bool)
         for which, hold in zip(bearing, holds):
             which[roller, sample] = hold
@@ -166,10 +166,6 @@ class Sharing:
         load = np.where(cover > 0.0, load, 0.0)
         square = load * pressing
         return largest(square.max(axis=0)), largest(square[SLICES // 2]), largest((load * cover).sum(axis=0))
-
-    @cached_property
-    def _most_torque(self) -> Floats:
-        return np.asarray(np.abs(self.cam.torque(self.cam.motion.samples)).max(axis=0))
 
     @cached_property
     def pressed(self) -> Pressed:

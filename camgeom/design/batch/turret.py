@@ -24,17 +24,12 @@ import numpy as np
 from camgeom.cams._turret import TurretKeys
 from camgeom.cams.globoidal import Globoidal
 from camgeom.design.batch import Batch
+from camgeom.design.batch.driven import LOAD_FIGURES, LOADED, refused
 from camgeom.design.batch.indexer import Ends, Indexer, Line, Seat
-from camgeom.design.batch.legs import motion_reason
 from camgeom.design.batch.motion import motion_figures, motion_of
 from camgeom.design.batch.variants import Variants
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
-from camgeom.mechanics.bearing import stud_stress
-from camgeom.mechanics.duty import MILLI
-from camgeom.mechanics.load import QUIET
-from camgeom.mechanics.turret_duty import STUD_SHARE
-from camgeom.track.follower import CylinderRoller
 
 if TYPE_CHECKING:
     from camgeom.profile import Profile
@@ -52,18 +47,6 @@ GEOMETRY = (
     "flank.min_relative_radius_mm",
     "checks.relative-curvature",
 )
-LOADED = (
-    *motion_figures("deg", "s"),
-    "contact.peak_turret_torque_n_m",
-    "contact.peak_torque_n_m",
-    "contact.mean_torque_n_m",
-    "contact.peak_pressure_mpa",
-    "contact.peak_slice_pressure_mpa",
-    "contact.peak_force_n",
-    "contact.stud_diameter_mm",
-    "contact.stud_stress_mpa",
-    "fatigue.cam_life_h",
-)
 
 
 def offered(profile: Profile) -> tuple[str, ...]:
@@ -73,33 +56,13 @@ def offered(profile: Profile) -> tuple[str, ...]:
 
 def supports(profile: Profile, varied: Sequence[str]) -> str | None:
     """None where the closed forms hold; else why not."""
-    cam, roller, program = profile.cam, profile.roller, profile.setup().program
+    cam = profile.cam
     assert isinstance(cam, TurretKeys)
-    if not isinstance(roller, CylinderRoller):
-        return f"roller.shape = {roller.shape if roller else None!r}: the closed forms are those of a cylinder"
-    if program.closed:
-        return "a drive to and fro: every roller has a groove of its own"
     stretched = (cam.preload, cam.hub_length) if isinstance(cam, Globoidal) else (0.0, 0.0)
     for key, given in zip(("cam.relief", "cam.preload", "cam.hub_length"), (cam.relief, *stretched)):
         if key in varied or given:
             return f"{key}: rollers that are pressed or relieved, and hubs, are for the exact model"
-    for key in varied:
-        if key in ("follower.stops", "follower.rollers"):
-            return f"{key}: every value makes another turret"
-        if key.endswith(".to"):
-            return f"{key}: steps by whole indexes"
-        if key.startswith("operation.force"):
-            return f"{key}: every value makes another force"
-        if key.startswith("motion") and profile.operation is not None and profile.operation.force:
-            return f"{key}: applied forces stay at their cam angles, elsewhere in every variant's motion"
-        if key == "cam.bore" and not cam.bore:
-            return f"{key}: the profile gives none"
-    if profile.cutter is not None:
-        return "[cutter]: what it says is held against every variant by the exact model"
-    lifts = program.jet(np.linspace(0.0, 2.0 * pi, 4097), 1)[1]
-    if lifts.min() < -QUIET * lifts.max():
-        return "a law that turns back: a roller passes the cam more than once"
-    return motion_reason(profile, varied)
+    return refused(profile, varied)
 
 
 def kernel(profile: Profile, columns: Mapping[str, Floats], figures: Sequence[str], level: float) -> Batch:
@@ -128,8 +91,8 @@ def kernel(profile: Profile, columns: Mapping[str, Floats], figures: Sequence[st
 def _figure(cam: Indexer, name: str) -> Floats:
     """One of the figures, (n,) or (1,)."""
     if name.startswith("motion."):
-        return cam.motion.figure(name, 180.0 / pi, cam.speed if cam.profile.operation is not None else 0.0)
-    return FIGURES[name](cam)
+        return cam.motion_figure(name)
+    return LOAD_FIGURES[name](cam) if name in LOAD_FIGURES else FIGURES[name](cam)
 
 
 @final
@@ -173,7 +136,7 @@ class Globoid(Indexer):
 
     def refuse(self) -> None:
         """As `Globoidal.problems`."""
-        self.refuse_shared()
+        self.refuse_bore()
         refusals, cannot = self.variants.refusals, "cannot be built"
         diameter = 2.0 * self.roller
         refusals.add(self.circle >= self.centre, f"follower.pitch_radius: {cannot}")
@@ -302,7 +265,7 @@ class Barrel(Indexer):
 
     def refuse(self) -> None:
         """As `CylindricalIndex.problems`."""
-        self.refuse_shared()
+        self.refuse_bore()
         refusals, cannot = self.variants.refusals, "cannot be built"
         rim, floor = self.cutter, self.floor
         refusals.add(0.5 * self.width + self.roller >= 0.95 * self.circle, f"cam.width: {cannot}")
@@ -402,14 +365,4 @@ FIGURES: dict[str, Callable[[Indexer], Floats]] = {
     "flank.undercut_margin": lambda i: i.margin,
     "flank.min_relative_radius_mm": lambda i: np.maximum(-i.relative_radius(-1.0), 0.0),
     "checks.relative-curvature": lambda i: 1.0 / i.relative_radius(1.0),
-    "contact.peak_turret_torque_n_m": lambda i: MILLI * i.motion.largest(lambda p: np.abs(i.torque(p))),
-    "contact.peak_torque_n_m": lambda i: MILLI * i.motion.largest(lambda p: np.abs(i.torque(p) * p.ds)),
-    "contact.mean_torque_n_m": lambda i: i.mean_torque,
-    "contact.peak_pressure_mpa": lambda i: np.sqrt(i.pressed.middle),
-    "contact.peak_slice_pressure_mpa": lambda i: i.peak_slice,
-    "contact.peak_force_n": lambda i: i.pressed.force,
-    "contact.stud_diameter_mm": lambda i: 2.0 * STUD_SHARE * i.roller,
-    "contact.stud_stress_mpa": lambda i: stud_stress(
-        i.pressed.force, 0.5 * i.length, 2.0 * STUD_SHARE * i.roller).mises,
-    "fatigue.cam_life_h": lambda i: i.cam_life,
 }

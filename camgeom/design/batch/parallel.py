@@ -1,0 +1,470 @@
+"""Parallel indexers: figures of many variants at once.
+
+Rollers stay parallel to the cam's axis, so that a roller bears along all of its length or not at all: between the cam
+angles at which its wall begins and ends (`plates`). With tau its angle from the line of centres, q = rf (1 + tau') and
+v² = C² + q² - 2 C q cos tau the square of its speed in the cam,
+
+    lever = C rf sin tau / v, tan alpha = |C cos tau - q| / (C |sin tau|),
+    path curvature = [C (q (1 + tau') cos tau + rf tau'' sin tau + q cos tau) - C² - q² (1 + tau')] / v³.
+
+Arrays are (P, n), P samples of the cam angle and n variants, (B, n) with a row for each roller's stretch of wall, or
+(N,) of the rollers that have one beside them at a sample.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from math import pi
+from typing import TYPE_CHECKING, Literal, final
+
+import numpy as np
+
+from camgeom.cams.parallel_index import DIAL_PLAY, ParallelIndex
+from camgeom.design.batch import Batch
+from camgeom.design.batch.driven import LOAD_FIGURES, LOADED, Driven, refused
+from camgeom.design.batch.legs import FINE, program_of
+from camgeom.design.batch.motion import Ints, Motion, Points, motion_figures, motion_of
+from camgeom.design.batch.plates import Ring, Walls, vars_of, walls
+from camgeom.design.batch.variants import Mask, Variants, path_of
+from camgeom.errors import DesignError
+from camgeom.immutable import immutable
+from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
+from camgeom.mechanics.hertz import TOO_WIDE, flexibility
+from camgeom.mechanics.load import QUIET
+from camgeom.motion.program import TURN
+from camgeom.track.follower import TurretFollower
+
+if TYPE_CHECKING:
+    from camgeom.profile import Profile
+
+CHUNK = 4096
+AT_ONCE = 256
+"""variants whose figures are computed at once: what they need stays in the cache"""
+BESIDE = 1e-8
+"""rad on either side of a cam angle at which a roller comes to bear or ceases to"""
+SHORTEST, BETWEEN = 2, tuple((np.arange(1.0, 10.0) / 10.0).tolist())
+"""stretches of wall that are looked at between their ends, and where"""
+TURNS = 3
+"""times that flexibilities and loads of rollers are computed in turn"""
+DENSE = 33
+"""samples of a piece of a law"""
+TOPS = 3
+"""of the largest samples, apart from each other, about which a largest quantity is looked for"""
+STEP = FINE // (DENSE - 1)
+"""fine steps between two samples"""
+SMOOTH = 4.0
+"""fine steps down to which a quantity is looked for that has no bend where it is largest"""
+NEARLY = 0.85
+"""bend of a wall by the roller's radius, at the samples, from which on it is looked at whether it folds"""
+HOLLOW = 1e-3
+"""square of a half-width by the roller's radius from which on, at the samples, the largest is looked for"""
+KEEN = 0.1
+"""the same of one of which little is left of 1 where a wall is nearly undercut"""
+PARTS = 4
+"""of a step between samples, and then of a part, in which a largest quantity is looked for"""
+GEOMETRY = (
+    "motion.stroke_deg",
+    *motion_figures("deg", "rad"),
+    "flank.max_pressure_angle_deg",
+    "flank.undercut_margin",
+    "flank.min_relative_radius_mm",
+)
+
+
+def offered(profile: Profile) -> tuple[str, ...]:
+    """Names of the figures that the batch gives."""
+    return GEOMETRY + ((*LOADED, "contact.contact_length_mm") if profile.operation is not None else ())
+
+
+def supports(profile: Profile, varied: Sequence[str]) -> str | None:
+    """None where the walls can be told; else why not."""
+    cam, program = profile.cam, profile.setup().program
+    assert isinstance(cam, ParallelIndex)
+    if cam.plates == 3:
+        return "plates = 3: in a dwell two rollers of the middle plate sweep one circle, whose walls are both's"
+    if any(jump.order <= 1 for jump in program.continuity.jumps):
+        return "the motion's velocity jumps, so the rollers leave gaps in the plates' walls"
+    return refused(profile, varied)
+
+
+def kernel(profile: Profile, columns: Mapping[str, Floats], figures: Sequence[str], level: float) -> Batch:
+    """The figures of one chunk of variants: all loads are shared as the exact model shares them, at every level."""
+    every = Variants(profile, columns)
+    forces = profile.operation.force if profile.operation is not None else ()
+    cuts = tuple(angle for force in forces for angle in force.applied().breaks)
+    motion = motion_of(every, cuts, bool(forces))
+    values = {name: np.zeros(every.size) for name in figures}
+    with np.errstate(all="ignore"):
+        Plates(every, motion).refuse()
+        rows = np.flatnonzero(every.refusals.none)
+        if rows.size:
+            whole = Plates(every.of(rows), motion.of(rows))
+            walls, words = whole.walled()
+            sound = np.flatnonzero(np.array(words) == "")
+            lost, wide = np.zeros((2, every.size), dtype=bool)
+            for begin in range(0, sound.size, AT_ONCE):
+                some = sound[begin : begin + AT_ONCE]
+                cams = Plates(whole.variants, whole.motion, walls).of(some)
+                folded = some[cams.folded]
+                if folded.size:
+                    walls = whole.asked(folded, walls, words)
+                    some = some[np.array(words)[some] == ""]
+                    cams = Plates(whole.variants, whole.motion, walls).of(some)
+                for name, column in values.items():
+                    column[rows[some]] = cams.figure(name)
+                if any(name in LOAD_FIGURES for name in figures):
+                    lost[rows[some]], wide[rows[some]] = cams.lost, cams.wide
+            for word in dict.fromkeys(filter(None, words)):
+                bad = np.zeros(every.size, dtype=bool)
+                bad[rows] = np.array(words) == word
+                every.refusals.add(bad, word)
+            every.refusals.add(lost, "no roller can take the turret's torque")
+            every.refusals.add(wide, TOO_WIDE)
+    return every.refusals.batch(values)
+
+
+Quantity = Callable[["Beside", Points], Floats]
+"""Something of the rollers beside their plates at points, (P, n)."""
+
+
+@final
+class Plates(Driven):
+    """The cams of n variants; numbers are (n,)."""
+
+    def __init__(self, variants: Variants, motion: Motion, walls: tuple[Walls, ...] = ()) -> None:
+        self.variants, self.motion, self.profile, self._walls = variants, motion, variants.profile, walls
+        cam, follower = self.profile.cam, self.profile.follower
+        assert isinstance(cam, ParallelIndex)
+        assert isinstance(follower, TurretFollower)
+        self.plates, self.count, self.advance = cam.plates, follower.count, program_of(self.profile).advance
+
+        def full(key: str, share: float = 1.0) -> Floats:
+            return variants.full(share * variants.number(key))
+
+        self.centre, self.circle = full("cam.center_distance"), full("follower.pitch_radius")
+        self.rim = full("cam.diameter", 0.5)
+        self.roller = full("roller.diameter", 0.5)
+        self.tool = self.roller + variants.number("cam.running_clearance")
+        self.length = variants.full(np.minimum(variants.number("cam.width"), variants.number("roller.length")))
+
+    def of(self, rows: Ints) -> Plates:
+        """The cams of these variants."""
+        return Plates(self.variants.of(rows), self.motion.of(rows), tuple(one.of(rows) for one in self._walls))
+
+    def refuse(self) -> None:
+        """As `ParallelIndex.problems`."""
+        refusals, number, cannot = self.variants.refusals, self.variants.number, "cannot be built"
+        low = self.centre - self.circle
+        refusals.add(low <= 0.0, f"follower.pitch_radius: {cannot}")
+        refusals.add((low >= self.rim) | (self.rim >= self.centre), f"cam.diameter: {cannot}")
+        self.refuse_bore()
+        refusals.add((self.bored > 0.0) & (self.bored >= np.maximum(low - self.tool, 0.0)), f"cam.bore: {cannot}")
+        room = 2.0 * self.circle * np.sin(0.5 * TURN * self.plates / self.count)
+        refusals.add(room <= 2.0 * self.roller, f"roller.diameter: {cannot}")
+        room = number("cam.width") + (1.0 - 2.0 * DIAL_PLAY) * number("cam.gap")
+        refusals.add(number("roller.length") >= room, f"roller.length: {cannot}")
+        refusals.add(self.tool >= low, f"roller.diameter: {cannot}")
+
+    # Walls
+
+    def _ring(self, plate: int) -> Ring:
+        pitch = TURN / self.count
+        return Ring(self.motion, (0.5 + plate) * pitch, self.plates * pitch, self.advance,
+                    self.centre, self.circle, self.tool, self.rim)  # fmt: skip
+
+    @cached_property
+    def _even(self) -> Floats | None:
+        """Twice the cam angle, rad, (n,), about which the motion is even: plates from both ends are each other's mirror
+        images then; None where it is not."""
+        moving = [leg for leg in self.motion.legs if not leg.shape.dwells]
+        if len(moving) != 1 or not moving[0].shape.even:
+            return None
+        return self.variants.full(moving[0].start + moving[0].end)
+
+    def walled(self) -> tuple[tuple[Walls, ...], list[str]]:
+        """Of every plate, and why a variant has none, (n,) words."""
+        words = [""] * self.motion.size
+        found = [walls(self._ring(plate)) for plate in range(self.plates // (1 if self._even is None else 2))]
+        if self._even is not None:
+            found += [one.mirrored(self._even, self.advance) for one in found[::-1]]
+        return self.asked(np.flatnonzero(np.any([one.open for one in found], axis=0)), tuple(found), words), words
+
+    def asked(self, rows: Ints, found: tuple[Walls, ...], words: list[str]) -> tuple[Walls, ...]:
+        """The walls with those of some variants as the exact model finds them; a word goes to one that has none."""
+        for row in rows.tolist():
+            try:
+                exact = self._exact(row)
+            except DesignError as error:
+                words[row] = str(error).partition(":")[0]
+            else:
+                found = tuple(one.with_rows(np.array([row]), other) for one, other in zip(found, exact, strict=True))
+        return found
+
+    @property
+    def folded(self) -> Mask:
+        """Whether a wall goes on beyond where its band folds, (n,): its band crosses itself before, unseen."""
+        most = self.tool * self.sampled.rows(self.sampled.bend, -np.inf).max(axis=(0, 1))
+        rows = np.flatnonzero(most > NEARLY)
+        if rows.size:
+            part = self.of(rows)
+            most[rows] = part.tool * part.bend
+        return np.asarray(most >= 1.0)
+
+    def _exact(self, row: int) -> tuple[Walls, ...]:
+        """The walls of one variant as the exact model finds them. Raises DesignError where it finds none."""
+        profile = self.profile
+        for key, values in self.variants.columns.items():
+            profile = _with(profile, path_of(key), float(values[row]))
+        mechanism = profile.cam.mechanism(profile.setup())
+        found = []
+        for plate in range(self.plates):
+            name = f"plate {plate + 1}"
+            tracks = [one for one in mechanism.cutters if one.name.startswith(name)]
+            each = np.array([(one.shift, mechanism.sense * one.sides[0], *one.span) for one in tracks])
+            found.append(Walls(each.T[:, :, None], np.zeros(1, dtype=bool)))
+        return tuple(found)
+
+    @cached_property
+    def stretches(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Of every roller beside its plate in one turn: angle from the line of centres at zero lift, rad, its wall's
+        side, and the cam angles between which it has one, rad, (B, n) each."""
+        shift, side, low, high = np.concatenate([one.each for one in self._walls], axis=1)
+        there = high > low
+        first = int(np.floor(np.where(there, low, np.inf).min() / TURN))
+        last = int(np.floor(np.where(there, high, -np.inf).max() / TURN))
+        each = []
+        for turn in range(first, last + 1):
+            begin, end = np.maximum(low - TURN * turn, 0.0), np.minimum(high - TURN * turn, TURN)
+            each.append((shift + self.advance * turn, side, np.where(there, begin, 1.0), np.where(there, end, 0.0)))
+        every = np.concatenate(each, axis=1)
+        empty = every[3] <= every[2]
+        order = np.argsort(empty, axis=0, kind="stable")[: int((~empty).sum(axis=0).max())]
+        offset, side, begin, end = (np.take_along_axis(one, order, axis=0) for one in every)
+        return offset, side, begin, end
+
+    # Rollers beside their plates
+
+    def beside(self, points: Points) -> Beside:
+        """The rollers that have a wall at points (P, n)."""
+        offset, side, begin, end = self.stretches
+        size, shape = self.motion.size, np.broadcast_shapes(points.s.shape, (1, self.motion.size))
+        on = (points.theta >= begin[:, None]) & (points.theta <= end[:, None])
+        flat = np.flatnonzero(on)
+        row, place = np.divmod(flat, shape[0] * size)
+        variant = place % size
+        which = row * size + variant
+
+        def taken(values: Floats) -> Floats:
+            return np.asarray(np.broadcast_to(values, shape).reshape(-1).take(place))
+
+        cos, sin = taken(np.cos(points.s)), taken(np.sin(points.s))
+        there, across = np.cos(offset).take(which), np.sin(offset).take(which)
+        cos, sin = cos * there - sin * across, sin * there + cos * across
+        centre, circle = self.centre.take(variant), self.circle.take(variant)
+        rate = 1.0 + taken(points.ds)
+        quick = circle * rate
+        square = centre * (centre - 2.0 * quick * cos) + quick * quick
+        pace, side = np.sqrt(square), side.take(which)
+        lever = side * centre * circle * sin / pace
+        bend = centre * (quick * (1.0 + rate) * cos + circle * taken(points.dds) * sin - centre) - quick * quick * rate
+        tangent = np.abs(centre * cos - quick) / (centre * np.abs(sin))
+        return Beside(on.shape, flat, place, variant, lever, side * bend / (square * pace), tangent)
+
+    @cached_property
+    def points(self) -> Points:
+        """The samples of the motion, both sides of where a roller comes to bear or ceases to, and places in between of
+        the shortest stretches, which the samples may miss, (P, n)."""
+        _, _, begin, end = self.stretches
+        there = end > begin
+        beside = [np.where(there, one, 0.5 * TURN) + way for one in (begin, end) for way in (-BESIDE, BESIDE)]
+        order = np.argsort(np.where(there, end - begin, np.inf), axis=0)[:SHORTEST]
+        low, high = (np.take_along_axis(one, order, axis=0) for one in (begin, end))
+        between = [low + share * (high - low) for share in BETWEEN]
+        events = self.motion.whenever(np.clip(np.concatenate(beside + between), 0.0, TURN * (1.0 - 1e-15)))
+        return _joined(self.motion.sampled(DENSE), events, self.motion.size)
+
+    @cached_property
+    def sampled(self) -> Beside:
+        """The rollers at these."""
+        return self.beside(self.points)
+
+    def largest(self, what: Quantity, values: Floats | None = None, finest: float = 1.0) -> Floats:
+        """Largest of a quantity (P, n) of the rollers beside their plates over the turn, (n,).
+
+        Where rollers come and go it may jump or be bent: it is looked for ever finer about the two best samples.
+
+        values  of the samples, where they are known; finest: of a piece's fine steps
+        """
+        values = what(self.sampled, self.points) if values is None else values
+        whole = self.motion.moving * DENSE
+        best, moving = values.max(axis=0), values[:whole]
+        place, left, tops = np.arange(whole)[:, None], moving, list[Ints]()
+        for _ in range(TOPS):
+            tops.append(left.argmax(axis=0))
+            left = np.where(np.abs(place - tops[-1]) > 2, left, -np.inf)
+        piece, step = np.array(tops) // DENSE, np.array(tops) % DENSE * float(STEP)
+        around, reach = np.arange(-PARTS, PARTS + 1.0), float(STEP)
+        while reach > finest:
+            steps = np.clip(step[:, None] + around[:, None] * (reach / PARTS), 0.0, FINE)
+            flat = steps.reshape(-1, self.motion.size)
+            points = self.motion.at(np.repeat(piece, len(around), axis=0), flat)
+            found = what(self.beside(points), points).reshape(steps.shape)
+            top = found.argmax(axis=1)
+            step = np.take_along_axis(steps, top[:, None], axis=1)[:, 0]
+            best = np.maximum(best, found.max(axis=(0, 1)))
+            reach /= PARTS
+        return np.asarray(best)
+
+    @cached_property
+    def angle(self) -> Floats:
+        """Largest pressure angle, deg, at which the best placed roller has to drive or to hold; 90 where none can."""
+
+        def worst(beside: Beside, points: Points) -> Floats:
+            ways = (np.where(forth, beside.tangent, np.inf) for forth in (beside.lever < 0.0, beside.lever >= 0.0))
+            return np.asarray(np.maximum(*(beside.rows(one, np.inf).min(axis=0) for one in ways)))
+
+        return np.degrees(np.arctan(self.largest(worst)))
+
+    @cached_property
+    def bend(self) -> Floats:
+        """Largest curvature of the pitch curves, 1/mm, convex positive."""
+        return self.largest(lambda beside, _: beside.rows(beside.bend, -np.inf).max(axis=0), finest=KEEN)
+
+    # Load
+
+    def _pressed(self, beside: Beside, points: Points) -> tuple[Floats, Floats, Floats, Mask]:
+        """Squares of the largest pressure, MPa², the largest force, N, and the square of the largest half-width by the
+        roller's radius, (P, n), and whether no roller bears."""
+        torque = np.broadcast_to(self.torque(points), beside.shape[1:]).reshape(-1)
+        bears = np.flatnonzero((beside.lever < 0.0) == (torque >= 0.0)[beside.place])
+        place, variant, lever = beside.place[bears], beside.variant[bears], np.abs(beside.lever[bears])
+        radius, length = self.roller.take(variant), self.length.take(variant)
+        rest = radius * (1.0 - radius * beside.bend[bears])
+        k, pair = 1.0 / np.where(rest > 0.0, rest, radius), self._each(self.pair, variant)
+        size = np.abs(torque)
+
+        def shared(stiff: Floats) -> Floats:
+            """Load per length, N/mm, of contacts so stiff to the turret's turn by their levers."""
+            total = np.bincount(place, stiff * lever * length, len(size))
+            return np.asarray(stiff * np.divide(size, total, out=np.zeros_like(size), where=total > 0.0)[place])
+
+        # The exact model begins with loads that are alike.
+        load, most = shared(lever), shared(np.ones_like(lever))
+        poisson = self._each(self.variants.number("material.cam.poisson"), variant)
+        roller, cam = (self._each(one, variant) for one in self.compliances)
+        still, more = (flexibility(far, far, roller, cam, poisson) for far in (np.zeros(1), np.ones(1)))
+        several = np.bincount(place, minlength=len(size))[place] > 1
+        for _ in range(TURNS if several.any() else 0):
+            far = np.log(4.0 * radius) - 0.5 * np.log(4.0 * np.maximum(load, 1e-30) * pair / (pi * k))
+            load = shared(lever / (still + (more - still) * far))
+        wide = 4.0 * np.maximum(load, most) * pair / (pi * k * radius * radius)
+        each = load * k / (pi * pair), load * length, wide
+        square, force, wide = (beside.scattered(bears, one).max(axis=0) for one in each)
+        alone = (np.bincount(place, minlength=len(size)) == 0).reshape(beside.shape[1:])
+        return square, force, wide, alone & (size.reshape(alone.shape) > QUIET * self.most_torque)
+
+    def _each(self, values: Floats, variant: Ints) -> Floats:
+        """A number of every one of these variants."""
+        return values if len(values) == 1 else values.take(variant)
+
+    @cached_property
+    def _sampled_load(self) -> tuple[Floats, Floats, Floats, Mask]:
+        return self._pressed(self.sampled, self.points)
+
+    @property
+    def lost(self) -> Mask:
+        """Whether no roller bears somewhere."""
+        return np.asarray(self._sampled_load[3].any(axis=0))
+
+    @property
+    def wide(self) -> Mask:
+        """Whether a contact is wider than its roller somewhere, where the walls are hollow and all but as round."""
+        most = self._sampled_load[2].max(axis=0)
+        rows = np.flatnonzero(most > HOLLOW)
+        if rows.size:
+            most[rows] = self.of(rows)._most(2)
+        return np.asarray(most > 1.0)
+
+    def _most(self, which: Literal[0, 1, 2]) -> Floats:
+        """Largest of the squares of the pressure, of the force on a roller, or of the squares of half-widths."""
+
+        def what(beside: Beside, points: Points) -> Floats:
+            return self._pressed(beside, points)[which]
+
+        return self.largest(what, self._sampled_load[which], SMOOTH)
+
+    @cached_property
+    def square(self) -> Floats:
+        """Square of the largest pressure, MPa²."""
+        return self._most(0)
+
+    @property
+    def middle(self) -> Floats:
+        """The same: slices are alike, since the rollers stay parallel to the cam's axis."""
+        return self.square
+
+    @cached_property
+    def force(self) -> Floats:
+        """Largest force on a roller, N."""
+        return self._most(1)
+
+    def figure(self, name: str) -> Floats:
+        """A figure by its name in a study, (n,) or (1,)."""
+        if name.startswith("motion."):
+            return self.motion_figure(name)
+        return LOAD_FIGURES[name](self) if name in LOAD_FIGURES else FIGURES[name](self)
+
+
+@final
+@immutable
+class Beside:
+    """Rollers that have a wall at points: numbers of (B, P, n) and of (P, n), their variants, lever (negative: it can
+    push on), mm, curvature of the pitch curve, 1/mm, convex positive, and tan of the pressure angle, (N,) each."""
+
+    shape: tuple[int, ...]
+    flat: Ints
+    place: Ints
+    variant: Ints
+    lever: Floats
+    bend: Floats
+    tangent: Floats
+
+    def rows(self, values: Floats, empty: float) -> Floats:
+        """Values (N,) as (B, P, n)."""
+        found = np.full(self.shape, empty)
+        found.reshape(-1)[self.flat] = values
+        return found
+
+    def scattered(self, rows: Ints, values: Floats) -> Floats:
+        """Values of some of them, as (B, P, n), else 0."""
+        found = np.zeros(self.shape)
+        found.reshape(-1)[self.flat[rows]] = values
+        return found
+
+
+def _joined(one: Points, two: Points, size: int) -> Points:
+    """Points of both, (P, n)."""
+    return Points(*(
+        np.concatenate([np.broadcast_to(part, (len(whole.s), size)) for part, whole in zip(parts, (one, two))])
+        for parts in zip(vars_of(one), vars_of(two))
+    ))  # fmt: skip
+
+
+def _with(section: object, path: Sequence[str | int], value: float) -> Profile:
+    """A section of a profile with a number of it replaced, which is known to be allowed."""
+    first, *more = path
+    if isinstance(first, int):
+        assert isinstance(section, tuple)
+        return (*section[:first], _with(section[first], more, value), *section[first + 1 :])  # type: ignore[return-value]
+    fields = dict(section)  # type: ignore[call-overload]
+    fields[first] = _with(fields[first], more, value) if more else value
+    return type(section).model_construct(**fields)  # type: ignore[attr-defined, no-any-return]
+
+
+FIGURES: dict[str, Callable[[Plates], Floats]] = {
+    "flank.max_pressure_angle_deg": lambda i: i.angle,
+    "flank.undercut_margin": lambda i: 1.0 - i.tool * i.bend,
+    "flank.min_relative_radius_mm": lambda i: np.maximum(i.roller * (1.0 - i.roller * i.bend), 0.0),
+    "contact.contact_length_mm": lambda i: i.length,
+}
