@@ -9,9 +9,10 @@ round the cam, cut at the knots of the motion. Give each band as a callable, say
 shell with flat ends and holes (`solids.closed_solid`); edges, vertices, planes, cylinders and splines follow from the
 points. `solids.prism_solid` does this for planar cams (disc, constant-width, conjugate), `solids.revolved_solid` for
 blanks, `groove` for a closed groove or rib round a drum. Where grooves cut through ends or one another, `cut` takes the
-topology from a mesh and finds every corner and edge on the surfaces themselves. A new kind of part is one entry in
-`bodies.EXACT`; a part with none, or whose faces do not close, is written as triangles. `check.check_solid` judges a
-solid without a CAD kernel.
+topology from a mesh and finds every corner and edge on the surfaces themselves. An edge that borders a spline face is
+written with its line in that face's parameters, which a reader cannot find where the face is narrow or ends in a point.
+A new kind of part is one entry in `bodies.EXACT`; a part with none, or whose faces do not close, is written as
+triangles. `check.check_solid` judges a solid without a CAD kernel.
 """
 
 from __future__ import annotations
