@@ -457,11 +457,8 @@ def _on_cells(bodies: Bodies, load: float, rough: PressurePatch, nx: int, ny: in
 
 
 def _on_strips(bodies: Bodies, load: float, rough: PressurePatch, nx: int, ny: int) -> PressurePatch:
-    """The contact on strips that grow away from the ends that bear.
-
-    A window that was too narrow is widened with half as many cells, which take a sixth of the time.
-    """
-    parts, before = 1, rough
+    """The contact on strips that grow away from the ends that bear; what a window was too narrow for leads the next."""
+    before = rough
     wide, profile, bears = _widest(rough), bodies.profile, rough.near_ends
     mirrors = profile.reach if bodies.mirror > 0.0 else ()
     over = min(2.0 * float(rough.half_widths.max()) * sqrt(profile.end_radius * bodies.curvature), profile.end_radius)
@@ -474,13 +471,13 @@ def _on_strips(bodies: Bodies, load: float, rough: PressurePatch, nx: int, ny: i
         if any(beyond):
             low, high = max(rough.span[0] - room, profile.reach[0]), min(rough.span[1] + room, profile.reach[1])
         edges = _grown(low, high, [end for end, on in zip((profile.low, profile.high), bears) if on],
-                       over / 10.0 if over > 0.0 else 0.002 * (high - low), ny // parts)
+                       over / 10.0 if over > 0.0 else 0.002 * (high - low), ny)
         middles = 0.5 * (edges[1:] + edges[:-1])
-        dx = 2.0 * wide / (nx // parts)
-        x = np.asarray((np.arange(nx // parts) + 0.5) * dx - wide)
-        influence = StripSpectrum(nx // parts, dx, edges, bodies.compliance, mirrors, bodies.mirror * bodies.own)
+        dx = 2.0 * wide / nx
+        x = np.asarray((np.arange(nx) + 0.5) * dx - wide)
+        influence = StripSpectrum(nx, dx, edges, bodies.compliance, mirrors, bodies.mirror * bodies.own)
         found = _solved(bodies, load, x, middles, np.diff(edges), influence, before)
-        p, before, narrow = found.pressure, found, True
+        p, before = found.pressure, found
         first, last = bool(p[:, 0].any()), bool(p[:, -1].any())
         if p[0].any() or p[-1].any():
             wide *= 1.1
@@ -491,11 +488,8 @@ def _on_strips(bodies: Bodies, load: float, rough: PressurePatch, nx: int, ny: i
         elif (first and not bears[0]) or (last and not bears[1]):
             room *= 2.0
             bears = bears[0] or low == profile.low, bears[1] or high == profile.high
-        elif parts == 1:
-            return found
         else:
-            narrow = False
-        parts = 2 if narrow else 1
+            return found
     raise NotConverged("the contact along the roller was not found: check length, crown and tilt against the load")
 
 

@@ -65,7 +65,7 @@ def whole(quick: bool) -> Table:
     rows: list[Row] = []
     for name, (profile, tilt) in cases.items():
         bodies = Bodies(CURVATURE, profile, PAIR, tilt)
-        seconds, found = best(lambda b=bodies: press(b, LOAD), 5)
+        seconds, found = best(lambda b=bodies: press.__wrapped__(b, LOAD), 5)  # the latest are kept
         rows.append({"roller": name, "time_ms": milli(seconds), "cells": " x ".join(map(str, found.pressure.shape)),
                      "peak_mpa": "unbounded" if found.unbounded else short(found.peak[0]),
                      "told_error_percent": short(100.0 * found.error), "length_mm": short(found.length),
