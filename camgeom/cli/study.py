@@ -83,9 +83,9 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
 
         return run_bulk(arguments, console, bulk, engine_of(arguments))
     refuse_unsolved(data, axes)
-    measured = partial(measure, products=products, checks=checks, only=figures)
+    measured = partial(measure, products=products, checks=checks)
     combined = None if plan.method == "grid" and not plan.ties else plan
-    study = Study(data, arguments.profile, axes, measured, plan=combined)
+    study = Study(data, arguments.profile, axes, measured, plan=combined, wanted=figures)
     name = str(data.get("name", Path(arguments.profile).stem))
     folder = output_folder(arguments.out, name)
     refuse_unwritable(folder)

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, final
 import numpy as np
 
 from camgeom.design.engine import Cutter, Engine
-from camgeom.errors import CamgeomError, DesignError, Problem, ProfileError
+from camgeom.errors import CamgeomError, DesignError, Problem, ProfileError, did_you_mean
 from camgeom.immutable import immutable
 from camgeom.motion.own import loaded_copies
 from camgeom.profile import text as text_module
@@ -152,6 +152,8 @@ class Study:
     plan: Plan | None = None
     """how the axes are combined and what is tied to them; the grid of the axes where it is None"""
     most: int = MOST_VARIANTS
+    wanted: tuple[str, ...] = ()
+    """names of the figures that rows keep; all where none is named"""
 
     def __post_init__(self) -> None:
         grown = self.points is None and (self.plan is None or not self.plan.drawn)
@@ -275,15 +277,37 @@ class Study:
         cut = Cutter(wanted, engine.width)
         rows, took = self.computed(cut.first, ALONE_FOR)
         if rows:
+            self._refuse_absent(rows)
             cut.took(len(rows), took)
-            yield cut.next(len(rows)), rows
+            yield cut.next(len(rows)), self._named(rows)
         work = partial(_piece, self, self.copies())
         for piece, result in engine.run(work, cut):
             if result is None:
-                yield piece, self._one_by_one(engine, work, piece)
+                yield piece, self._named(self._one_by_one(engine, work, piece))
             else:
                 cut.took(len(piece), result[1])
-                yield piece, result[0]
+                yield piece, self._named(result[0])
+
+    def _named(self, rows: list[Row]) -> list[Row]:
+        """Rows with the figures that are wanted alone; what was not judged is told of every one."""
+        if not self.wanted:
+            return rows
+        kept = {*self.wanted, "not_judged"}
+        return [replace(row, figures={key: row.figures[key] for key in row.figures if key in kept}) for row in rows]
+
+    def _refuse_absent(self, rows: list[Row]) -> None:
+        """Raise ProfileError for a wanted figure that neither the first rows nor the last variant of all has."""
+        known = {key for row in rows for key in row.figures}
+        absent = [key for key in self.wanted if key not in known]
+        if not absent or not known:
+            return
+        last = len(self) - 1
+        known |= self.row(self.values(range(last, last + 1))[0])[0].figures.keys()
+        unknown = [Problem("--figures", "no variant has the figure", key, "", did_you_mean(key, known) or
+                           "figures are named as in result.json, joined by dots: contact.peak_pressure_mpa")
+                   for key in absent if key not in known]  # fmt: skip
+        if unknown:
+            raise ProfileError(unknown)
 
     def _one_by_one(self, engine: Engine, work: Callable[[range], tuple[list[Row], float]], piece: range) -> list[Row]:
         """A piece whose workers died, each variant alone: the one that ends its worker is a row that says so."""

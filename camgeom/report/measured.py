@@ -47,9 +47,9 @@ def asked(
 
 
 def measure(
-    model: Model, products: tuple[str, ...], checks: tuple[str, ...] | None, only: tuple[str, ...] = ()
+    model: Model, products: tuple[str, ...], checks: tuple[str, ...] | None
 ) -> tuple[Figures, str, str]:
-    """The figures of one variant (of these names; default all), its verdict and the reason of that."""
+    """The figures of one variant, its verdict and the reason of that."""
     result = compute(model, products, checks)
     figures: Figures = {}
     for section in ("motion", "blank", "flank", "solid", "contact", "output_shaft", "fatigue", "dynamics", "impact",
@@ -65,7 +65,6 @@ def measure(
     words = {0: result.verdict.level, 1: "fail", 2: "bad input", 3: "no result"}
     if result.verdict.loads is not None:
         figures["loads"] = result.verdict.loads.whose
-    figures = {name: value for name, value in figures.items() if not only or name in only}
     figures["not_judged"] = _not_judged(model, result.verdict, checks if "checks" in products else ())
     return figures, words[result.exit_status], "; ".join(dict.fromkeys([*unmade, *failed]))
 

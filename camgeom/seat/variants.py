@@ -85,16 +85,17 @@ def study(
     figures  only these columns of figures; default all
     jobs     worker processes; more than one needs the `if __name__ == "__main__":` of every such program
 
-    A variant that is bad input or fails is a row too, with its reason. Raises ProfileError for a key that is none.
+    A variant that is bad input or fails is a row too, with its reason. Raises ProfileError for a key that is none,
+    and for a figure that no variant has.
     """
     axes = tuple(_axis(key, values) for key, values in vary.items())
     data = model.profile.stated
     refuse_unsolved(data, axes)
     products, judging = asked(only, data, {one.path[0] for one in axes}, figures)
-    measured = partial(measure, products=products, checks=judging, only=tuple(figures))
+    measured = partial(measure, products=products, checks=judging)
     ties = tuple(_tie(f"{key}={text}") for key, text in (tie or {}).items())
     plan = Plan(axes, "grid", 0, 0, ties) if ties else None
-    whole = Study(data, model.profile.source, axes, measured, plan=plan)
+    whole = Study(data, model.profile.source, axes, measured, plan=plan, wanted=tuple(figures))
     return Results(columns(whole, list(whole.rows(Alone() if jobs == 1 else local(jobs)))))
 
 

@@ -264,3 +264,24 @@ def test_a_figure_that_is_named_brings_its_product(tmp_path: Path, capsys: pytes
     assert main([*command, "--figures", "solid.mass_kg", "--json"]) == 0
     thin, thick = json.loads(capsys.readouterr().out)["rows"]
     assert thin["solid.mass_kg"] / thick["solid.mass_kg"] == pytest.approx(13.0 / 14.0, rel=1e-6)
+
+
+def test_a_figure_that_no_variant_has_is_refused_before_the_others_are_computed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    profile = tmp_path / "disc.toml"
+    profile.write_text(rising_disc())
+    out = tmp_path / "out"
+    end = ["--out", str(out), "--jobs", "1", "--json", "--figures"]
+    command = ["study", str(profile), "--vary", "cam.width=13,14,15", *end]
+    assert main([*command, "blank.volume_mm3,flank.max_presure_angle_deg"]) == 2
+    said = capsys.readouterr().err
+    assert "--figures: no variant has the figure (found 'flank.max_presure_angle_deg')" in said
+    assert "did you mean 'flank.max_pressure_angle_deg'?" in said
+    assert not (out / "study.csv").exists()
+    # One that the last variant alone has is a column.
+    command = ["study", str(PROFILES / "end_face_lifter.toml"), "--vary", "roller.misalignment_deg=0,0.02", *end]
+    assert main([*command, "contact.inside_pressure_mpa"]) in (0, 1)
+    square, leaning = json.loads(capsys.readouterr().out)["rows"]
+    assert square["contact.inside_pressure_mpa"] is None
+    assert leaning["contact.inside_pressure_mpa"] > 100.0
