@@ -182,12 +182,6 @@ def cone_problems(roller: ConeRoller, ends: tuple[float, float], table: str = "r
     return [problem(f"{table}.half_angle", roller.half_angle, limit)]
 
 
-NO_PATHS = idle(
-    "no tool paths are made of a flank that leans as a cone does: a CAM program takes the STEP file", "cutter"
-)
-"""Of a planar cam with a conical roller."""
-
-
 def disc_wall(name: str, width: float) -> Wall:
     """A disc or plate from face to face."""
     return Wall(f"{name} from face to face", width, None, "a larger width")

@@ -16,7 +16,6 @@ from pydantic import Field
 
 from camgeom.cams import NO_DRUM, NO_ROOT, REGULAR, Cam, idle, prism_idle, problem, sense_of
 from camgeom.cams._plate import (
-    NO_PATHS,
     SLIDE,
     Arm,
     arm_angle,
@@ -106,7 +105,7 @@ class Conjugate(Cam):
         """Keys of the other follower, and of followers of other cams."""
         found = NO_DRUM | REGULAR | NO_ROOT | prism_idle(self.bore, self.mark_diameter) | face_idle("roller")
         if any(isinstance(roller, ConeRoller) for roller in (setup.roller, setup.second)):
-            found |= NO_PATHS | idle("what a pair strikes is solved for discs of one profile at all heights", "impact")
+            found |= idle("what a pair strikes is solved for discs of one profile at all heights", "impact")
         if not setup.follower.rotating:
             rocker = ("cam.center_distance", "cam.return_arm", "cam.rocker_angle")
             return found | idle("belongs to a rocker, none for a slide", *rocker)

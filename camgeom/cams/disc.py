@@ -28,7 +28,6 @@ from camgeom.cams import (
     sense_of,
 )
 from camgeom.cams._plate import (
-    NO_PATHS,
     SLIDE,
     SQUARE,
     Arm,
@@ -164,7 +163,7 @@ class Disc(Cam):
         elif self.rim == "profile":
             found |= idle("the rim is the profile of another track", "cam.diameter")
         if isinstance(setup.roller, ConeRoller):
-            found |= NO_PATHS | (NO_LAYERS | NORMAL_PLAY if self.form == "groove" else {})
+            found |= NO_LAYERS | NORMAL_PLAY if self.form == "groove" else {}
         if not follower.rotating:
             found |= NO_GAPS if self.form == "external" else {}
             found |= SQUARE if follower.face == "flat" else {}

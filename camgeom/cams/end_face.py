@@ -44,7 +44,6 @@ EDGE_SAMPLES = 1441
 
 
 NO_RING = "stress at a root is solved in rings, and a ring grooved inside is filled with tetrahedra, too coarse for it"
-FROM_WITHIN = "an angle head carries the tool of this groove, which comes from within the ring: its paths are not made"
 GROOVE = ("length", "start", "groove_depth")
 """keys that the groove form needs"""
 MAY_HAVE = "running_clearance", "carrier_diameter"
@@ -156,7 +155,7 @@ class EndFace(Cam):
         found = NO_DRUM | SHARP | keyway_idle(self.bore) | axial_idle(follower, "ring")
         if self.form == "groove":
             found |= idle("form = 'groove' has `length`, to the ring's end, and `start`, to the roller", "cam.height")
-            found |= idle(NO_RING, "material.cam.bending_limit") | idle(FROM_WITHIN, "cutter")
+            found |= idle(NO_RING, "material.cam.bending_limit")
             found |= idle("the play in a groove is one for the chord and the normal", "impact.clearance_kind")
             found |= idle("the roller in a groove does not turn in this solver", "impact.roller_inertia")
             return found | idle("a groove's follower has none; give cam.running_clearance", "follower.clearance")
@@ -336,11 +335,12 @@ class EndFaceMechanism(Mechanism):
 
     @cached_property
     def cutters(self) -> tuple[Track, ...]:
-        """The track with a tool that reaches through the ring."""
+        """The track with a tool that reaches through the ring, whose whole face it cuts."""
         (track,) = map(self.cutting, self.tracks)
         inner = self.cam.radii[0]
         aside = beside(self.follower, self.program) + self.cam.roller_radius(self.roller, inner)
-        return (replace(track, tip=DEEPER * sqrt(inner * inner - aside * aside)),)
+        tip = DEEPER * sqrt(inner * inner - aside * aside)
+        return (replace(track, tip=tip, contact=(track.contact[0], self.cam.radii[1])),)
 
     @property
     def passages(self) -> tuple[Track, ...]:

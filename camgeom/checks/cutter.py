@@ -14,9 +14,13 @@ if TYPE_CHECKING:
 
 
 @check("gouge", "cutter")
-def gouge(model: Model) -> Iterable[Finding]:
+def gouge(model: Model) -> Iterable[Finding | NotJudged]:
     """Deepest cut of the tool into a finished flank, against `cutter.gouge_limit`; a tool that does not fit fails."""
     outcome = model.machined
+    if (room := outcome.machining.room) is not None:
+        yield NotJudged("angle-head", f"how large it is nobody says: along the tool's axis the ring leaves "
+                        f"{room.length:.6g} mm for it and its tool, less for what it is thick, and from that axis down "
+                        f"to the web {room.below:.6g} mm")  # fmt: skip
     least, spec = outcome.least, outcome.machining.spec
     value = 0.0 if outcome.certain or least is None else max(0.0, -least.value)
     if mouth := outcome.mouth():

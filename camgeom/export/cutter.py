@@ -33,17 +33,20 @@ def no_tool(model: Model) -> str:
     """Why no tool is known: without a [cutter] it is like the follower's roller, where the cam takes one."""
     if model.profile.cutter is None and model.mechanism.roller is None:
         return "needs a [cutter] table: the follower has no roller, and so no tool like it"
-    return model.no_tool
+    return ""
 
 
 def no_program(model: Model) -> str:
     """Why there is no program for a machine."""
-    return model.no_tool or (NO_CUTTER if model.profile.cutter is None else "")
+    return NO_CUTTER if model.profile.cutter is None else ""
 
 
 def no_rest(model: Model) -> str:
     """Why a tool leaves nothing that changes from place to place."""
-    return no_tool(model) or (SAME_STOCK if model.mechanism.blank is None else "")
+    from camgeom.machining.spec import leaning
+
+    same = model.mechanism.blank is None and not any(leaning(one.mechanism) for one in model.grooves)
+    return no_tool(model) or (SAME_STOCK if same else "")
 
 
 NO_CUTTER = "G-code needs a [cutter] table: nobody chose tool, spindle speed, feed and machine"
@@ -70,6 +73,14 @@ def write_cutter_csv(path: Path, machining: Machining) -> int:
                 yield f"{number},{move.kind},", np.concatenate(rows).T
 
     return write_csv(path, COLUMNS, tables())
+
+
+def _head_room(machining: Machining) -> list[str]:
+    """What a ring that is cut from within leaves the angle head, in words."""
+    if (room := machining.room) is None:
+        return []
+    return [f"ANGLE HEAD AND TOOL AT MOST {room.length:.6g} MM LONG, LESS FOR WHAT THE HEAD IS THICK; TOOL AXIS "
+            f"{room.below:.6g} MM ABOVE THE WEB"]  # fmt: skip
 
 
 SAME_FEED = 0.01
@@ -99,6 +110,7 @@ def write_apt(path: Path, machining: Machining) -> int:
         f"PPRINT/CHORD ERROR AT MOST {spec.tolerance:.6g} MM, ALLOWANCE {spec.allowance:.6g} MM",
         f"PPRINT/FEDRAT KEEPS {spec.feed:.6g} MMPM AT THE CONTACT",
         *(["PPRINT/NO CUTTER TABLE: TOOL, SPINDLE AND FEED ARE ASSUMED"] if machining.assumed else []),
+        *(f"PPRINT/{line}" for line in _head_room(machining)),
         "UNITS/MM",
         "MULTAX/ON",
     ]
@@ -190,6 +202,7 @@ def write_gcode(path: Path, machining: Machining) -> int:
         f"CAMGEOM: {machining.title}",
         f"TOOL {'; '.join(tools)}; COORDINATES OF THE {where}",
         *machine.about,
+        *_head_room(machining),
         *(machine.about_over if any(path.below for path in machining.paths) else []),
         f"PATH WITHIN {spec.tolerance + rounding:.3g} MM: CHORDS {spec.tolerance:.6g}, DECIMALS {rounding:.2g}; "
         f"ALLOWANCE {spec.allowance:.6g} MM",
@@ -297,8 +310,8 @@ def _capitals(text: str, reserved: str) -> str:
     return " ".join(shown.upper().split())
 
 
-ROUND = "drums and globoids"
-"""cams whose flanks run round a body: what a tool leaves there changes from place to place"""
+ROUND = "drums, globoids and discs of conical rollers"
+"""cams whose flanks are no straight walls: what a tool leaves there changes from place to place"""
 REST_COLUMNS = ("track", "side", "cam_angle_deg", "roller_mm", "x_mm", "y_mm", "z_mm", "rest_mm")
 
 

@@ -31,10 +31,12 @@ TILT_SIGN = {"A": 1.0, "B": -1.0, "C": -1.0}
 """of the swing about the across axis, from the radial towards the axial direction, by the right-hand rule"""
 STRAIGHT = 1e-12
 """a direction component that counts as zero"""
+SQUARE = 1e-9
+"""lean of a tool that counts as none"""
 LEAST_RADIUS = 1e-3
 """mm; nearer to the cam's axis a rotary axis cannot follow"""
 
-Way = Literal["axis", "polar", "plain", "helix"]
+Way = Literal["axis", "polar", "plain", "helix", "inside", "lean"]
 
 
 @final
@@ -44,11 +46,13 @@ class Machine:
 
     way     axis: the rotary axis brings the tool's axis into the plane of the swing; polar: it brings the tool's end
             there (tools parallel to the cam's axis); plain: it stands still; helix: it follows the cam angle, and the
-            swing is about the radial axis (a wheel set to the helix angle)
+            swing is about the radial axis (a wheel set to the helix angle); inside: as axis, with an angle head within
+            a ring, whose tool points outwards; lean: as axis, with a tool that leans a little from the cam's axis
     swings  True where a swing axis is needed
     sense   +1 where the cam turns counter-clockwise
     slides  True of a plate that slides: it has no axis
     over    mm, thickness of a plate: what is cut from below is cut with the part turned over about X
+    aside   of way lean: +1 where the tool leans towards the radial letter's +, -1 towards its -
     """
 
     rotary: str
@@ -59,6 +63,7 @@ class Machine:
     pivot: float = 0.0
     slides: bool = False
     over: float = 0.0
+    aside: float = 1.0
 
     @property
     def origin(self) -> str:
@@ -77,7 +82,8 @@ class Machine:
     def retreat(self) -> str:
         """Letter of the linear axis along the untilted spindle, by which a tool leaves the part."""
         radial, across, axial, *_ = LETTERS[self.rotary]
-        return {"axis": radial, "helix": across, "polar": axial, "plain": axial}[self.way]
+        return {"axis": radial, "helix": across, "polar": axial, "plain": axial, "inside": axial,
+                "lean": axial}[self.way]
 
     @property
     def about(self) -> list[str]:
@@ -89,10 +95,13 @@ class Machine:
         if self.way != "plain":
             way = "CLOCKWISE" if self.reverse else "COUNTER-CLOCKWISE"
             lines.append(f"{self.rotary} PLUS TURNS THE CAM {way} SEEN FROM ITS +Z END")
+        if self.way == "inside":
+            lines.append(f"ANGLE HEAD ALONG {axial}, ITS TOOL POINTS TO +{radial} FROM WITHIN THE RING")
         if self.swings:
             helix = self.way == "helix"
             about = radial if helix else across
             zero = f"{'-' if ACROSS_SIGN[self.rotary] < 0.0 else '+'}{across}" if helix else f"+{radial}"
+            zero = f"+{axial}" if self.way == "lean" else zero
             where = f"PIVOT {self.pivot:.6g} MM BEHIND THE TOOL END" if self.pivot else "COORDINATES OF THE TOOL END"
             letter = self.letters[-1]
             lines.append(f"{letter} TILTS THE SPINDLE RIGHT-HANDED ABOUT {about}, ZERO TOWARDS {zero}; {where}")
@@ -118,6 +127,11 @@ class Machine:
             return replace(self, sense=-self.sense).solve(positions.turned_over(self.over))
         turn = self._turn(positions)
         tip, axis = _turned(positions.tip, turn), _turned(positions.axis, turn)
+        if self.way == "inside" and (lean := float(np.abs(axis[2]).max(initial=0.0))) > SQUARE:
+            raise DesignError(
+                f"an angle head's tool stays square to the cam's axis, and this one leans by {degrees(lean):.3g} deg; "
+                "use the APT file"
+            )
         rows = [self._count * turn] if self.way != "plain" else []
         if self.swings:
             rows.append(self._swing * np.unwrap(self._tilt(axis)))
@@ -132,22 +146,26 @@ class Machine:
         if self.way != "plain":
             turn = self._count * coordinates[3]
         axis = np.stack([np.zeros(n), np.zeros(n), np.ones(n)])
-        if self.way in ("axis", "helix"):
+        if self.way == "inside":
+            axis = np.stack([-np.ones(n), np.zeros(n), np.zeros(n)])
+        elif self.way in ("axis", "helix", "lean"):
             tilt = self._swing * coordinates[4] if self.swings else np.zeros(n)
             c, s = np.cos(tilt), np.sin(tilt)
             zero = np.zeros(n)
-            axis = np.stack([zero, c, s]) if self.way == "helix" else np.stack([c, zero, s])
+            axis = np.stack({"helix": [zero, c, s], "lean": [s, zero, c]}.get(self.way, [c, zero, s]))
         tip = np.stack([radial, across, axial]) - (self.pivot if self.swings else 0.0) * axis
         return _turned(tip, -turn), _turned(axis, -turn)
 
     def _below(self, positions: Positions) -> bool:
         """Whether these are cut from the lower face of a plate."""
-        return self.way in ("polar", "plain") and bool(positions.axis[2, 0] < 0.0)
+        return self.way in ("polar", "plain", "lean") and bool(positions.axis[2, 0] < 0.0)
 
     @property
     def _swing(self) -> float:
         """Sign of the swing axis; that about the radial axis is right-handed as it is."""
-        return 1.0 if self.way == "helix" else TILT_SIGN[self.rotary]
+        if self.way == "helix":
+            return 1.0
+        return -TILT_SIGN[self.rotary] if self.way == "lean" else TILT_SIGN[self.rotary]
 
     @property
     def _count(self) -> float:
@@ -162,6 +180,13 @@ class Machine:
         if self.way == "helix":
             return np.asarray(phi)
         x, y = (positions.tip if self.way == "polar" else positions.axis)[:2]
+        if self.way == "lean":
+            # What stands upright turns with the flank that it is beside, as what leans does.
+            leans = np.hypot(x, y) > SQUARE
+            x, y = (self.aside * np.where(leans, *each) for each in ((x, positions.normals[0, 0]),
+                                                                     (y, positions.normals[0, 1])))  # fmt: skip
+        if self.way == "inside":
+            x, y = -x, -y
         least = LEAST_RADIUS if self.way == "polar" else STRAIGHT
         size = np.hypot(x, y)
         if np.any(size < least):
@@ -178,11 +203,13 @@ class Machine:
     def _tilt(self, axis: Floats) -> Floats:
         """Swing angle (rad) of tool axes (3, n) in the machine's frame."""
         off = axis[0] if self.way == "helix" else axis[1]
-        if np.abs(off).max(initial=0.0) > 1e-9:
+        if np.abs(off).max(initial=0.0) > SQUARE:
             raise DesignError(
                 f"one swing axis cannot set this tool: its axis leaves the swing's plane by "
                 f"{degrees(float(np.abs(off).max())):.3g} deg; use the APT file"
             )
+        if self.way == "lean":
+            return np.asarray(np.arctan2(axis[0], axis[2]))
         return np.asarray(np.arctan2(axis[2], axis[1] if self.way == "helix" else axis[0]))
 
 

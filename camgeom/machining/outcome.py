@@ -11,7 +11,7 @@ import numpy as np
 from camgeom.errors import DesignError
 from camgeom.immutable import immutable
 from camgeom.machining.contour import ContourPath
-from camgeom.machining.path import AlongTrack, CentrePath, FlankPath, ToolPath, roller_at, wall_ends
+from camgeom.machining.path import AlongTrack, CentrePath, FlankPath, ToolPath, cosine_of, roller_at, wall_ends
 from camgeom.machining.plan import Machining, seconds
 from camgeom.machining.rest import RestExtreme, RestField, extreme_of
 from camgeom.machining.rows import RowPath
@@ -36,7 +36,7 @@ class Outcome:
     def fields(self) -> tuple[RestField, ...]:
         """Stock on every flank after all passes. Empty for discs."""
         found = []
-        for track, tool in zip(self.machining.tracks, self.machining.tools):
+        for track, tool in self._tools:
             for side in track.sides:
                 # A tool that stays within the roller's body is never nearer to a flank than beside it.
                 far = () if self.certain or len(track.sides) == 1 else self._beside(track, -side)
@@ -45,6 +45,11 @@ class Outcome:
                 bound = self.machining.spec.allowance if self.certain else -inf
                 found.append(RestField(track, side, tool, tuple(dict.fromkeys(paths)), self.within, rows, bound))
         return tuple(found)
+
+    @property
+    def _tools(self) -> list[tuple[Track, Tool]]:
+        """Every track with its tool."""
+        return [(track, self.machining.tool_along(track)) for track in self.machining.tracks]
 
     def _beside(self, track: Track, side: float) -> tuple[ToolPath, ...]:
         """Passes that make one flank: of a ball the lowest, middle and highest row."""
@@ -64,6 +69,11 @@ class Outcome:
         machining, spec = self.machining, self.machining.spec
         if not machining.tracks or spec.kind == "roller":
             return True
+        if spec.half_angle:
+            # A cone within the cone beside which it stands.
+            each = [(roller_at(t, t.meridian.parameter(t.tip))[1], tool.radius) for t, tool in self._tools]
+            stock = spec.allowance * max(1.0 / cosine_of(track) for track in machining.tracks)
+            return all(own + stock <= wide + SAME for wide, own in each)
         cylinders = all(_cylinder(track) for track in machining.tracks)
         upright = spec.axis == "roller" and machining.tool.kind != "disc"
         reach = machining.tool.radius + spec.allowance
@@ -83,7 +93,7 @@ class Outcome:
     def opposite(self) -> RestExtreme | None:
         """Least distance of a tool on one flank from the opposite wall of its groove; None without such a wall."""
         fields = []
-        for track, tool in zip(self.machining.tracks, self.machining.tools):
+        for track, tool in self._tools:
             for side in track.sides:
                 far = [p for p in self._beside(track, -side) if not isinstance(p, CentrePath)]
                 if len(track.sides) > 1 and far:
@@ -132,7 +142,7 @@ class Outcome:
         machining, spec = self.machining, self.machining.spec
         if spec.kind not in ("flat", "wheel") or machining.tool.kind == "disc" or not machining.tracks:
             return []
-        pairs = [(t, tool) for t, tool in zip(machining.tracks, machining.tools) if len(t.sides) > 1]
+        pairs = [(t, tool) for t, tool in self._tools if len(t.sides) > 1]
         if not pairs or (spec.path == "flank" and all(isinstance(path, CentrePath) for path in machining.paths)):
             return []
         found = []
@@ -183,11 +193,13 @@ class Outcome:
             data["rows"] = sum(len(rows.paths) for rows in machining.rows)
             data["scallop_mm"] = max(rows.scallop for rows in machining.rows)
             data["foot_left_mm"] = max(rows.foot_left for rows in machining.rows)
+        if machining.room is not None:
+            data |= {"head_room_mm": machining.room.length, "head_over_web_mm": machining.room.below}
         if not machining.tracks:
             return data | self._planar()
         data |= self.least.data("least_rest") if self.least else {}
         data |= self.most.data("most_rest") if self.most else {}
-        wide = [2.0 * narrowest(track) for track in machining.tracks if len(track.sides) > 1]
+        wide = [2.0 * spec.largest(track) for track in machining.tracks if len(track.sides) > 1]
         data |= {"largest_tool_diameter_mm": min(wide)} if wide else {}
         if mouth := self.mouth():
             data["mouth_gouge_mm"] = mouth

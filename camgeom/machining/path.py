@@ -18,7 +18,7 @@ from camgeom.machining.spec import AxisRule, WayOfPath
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import cross, dot
-from camgeom.track import TURN, Pose, Track
+from camgeom.track import TURN, Pose, Straight, Track
 from camgeom.track.flank import Flank
 
 
@@ -146,6 +146,12 @@ def roller_at(track: Track, t: float) -> tuple[float, float]:
     return float(delta[0]), float(radius[0])
 
 
+def cosine_of(track: Track) -> float:
+    """Cosine of a cone's half angle; 1 of other rollers."""
+    meridian = track.meridian
+    return 1.0 / float(np.hypot(1.0, meridian.slope)) if isinstance(meridian, Straight) else 1.0
+
+
 def flank_name(track: Track, side: float) -> str:
     """The flank of a track on one side; its sign where there are two."""
     mark = "" if len(track.sides) == 1 else " +" if side > 0.0 else " -"
@@ -180,8 +186,8 @@ class AlongTrack:
 
     @property
     def below(self) -> bool:
-        """A drum is cut all round."""
-        return False
+        """A drum is cut all round, a disc from the side that its roller comes from."""
+        return self.track.upright and up_of(self.track) * self.track.axis[2] < 0.0
 
     def follows(self, track: Track) -> bool:
         """Whether that is its track."""
@@ -253,6 +259,7 @@ class FlankPath(AlongTrack):
     way     flank: along the normal; shifted: the roller's path moved along the follower's motion by as much as the
             tool is smaller
     axis    roller, fitted or radial (see `CutterSpec.axis`)
+    free    mm, how far it may move off a flank that is alone; None: as far as one likes
     """
 
     track: Track
@@ -261,13 +268,30 @@ class FlankPath(AlongTrack):
     way: WayOfPath = "flank"
     axis: AxisRule = "roller"
     start: float = 0.0
+    free: float | None = None
+
+    @property
+    def height(self) -> float:
+        """Length of the tool in the cut, mm: of one that leans as a cone does along the flank."""
+        leaning = self.axis == "fitted" and self.track.upright
+        return depth_of(self.track) / cosine_of(self.track) if leaning else depth_of(self.track)
 
     @property
     def room(self) -> float | None:
-        """In a groove: by how much the roller is larger."""
+        """In a groove: by how much the roller is larger, where it is least."""
         if len(self.track.sides) == 1:
-            return None
-        return max(0.0, roller_at(self.track, 0.5 * sum(wall_ends(self.track)))[1] - self.reach)
+            return self.free
+        if self.axis == "fitted":
+            if self.track.upright and roller_at(self.track, wall_ends(self.track)[0])[1] > self._top:
+                return 0.0  # Beneath an overhang what moves off goes deeper.
+            return max(0.0, min(roller_at(self.track, t)[1] for t in wall_ends(self.track)) - self.reach)
+        own = roller_at(self.track, 0.5 * sum(wall_ends(self.track)))[1]
+        return max(0.0, own - self.reach * cosine_of(self.track))
+
+    @property
+    def _top(self) -> float:
+        """Radius of the roller at the top of the wall, mm."""
+        return roller_at(self.track, wall_ends(self.track)[1])[1]
 
     @cached_property
     def _stations(self) -> Floats:
@@ -318,10 +342,10 @@ class FlankPath(AlongTrack):
     def _radial(self, place: Floats) -> tuple[Floats, Floats]:
         """Axis through the cam's own, at the azimuth and height of a point."""
         across = np.hypot(place[0], place[1])
-        axis = np.stack([place[0] / across, place[1] / across, np.zeros_like(across)])
-        tip = self.track.tip * axis
+        outwards = np.stack([place[0] / across, place[1] / across, np.zeros_like(across)])
+        tip = self.track.tip * outwards
         tip[2] = place[2]
-        return axis, tip
+        return up_of(self.track) * outwards, tip
 
 
 @final

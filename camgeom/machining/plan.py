@@ -8,11 +8,12 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import field, replace
+from math import sqrt
 from typing import Literal, final
 
 import numpy as np
 
-from camgeom.errors import NotConverged
+from camgeom.errors import DesignError, NotConverged
 from camgeom.immutable import immutable
 from camgeom.machining.machine import Machine
 from camgeom.machining.path import Positions, SidePath, ToolPath, climbs
@@ -20,7 +21,10 @@ from camgeom.machining.rows import RowPath, Rows
 from camgeom.machining.spec import LEAST, CutterSpec
 from camgeom.machining.tool import Tool
 from camgeom.maths import Floats
+from camgeom.maths.extremum import piece_grid, refined_maximum
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.sampling import even_steps, steps_about, subdivided
+from camgeom.maths.surface import dot
 from camgeom.track import Track
 
 SHARE = 0.5
@@ -59,8 +63,8 @@ def with_leads(cut: Positions, lengths: Floats, radius: float, lift: float, chor
     """
     moves = []
     first, last = cut.part(slice(0, 1)), cut.part(slice(-1, None))
-    arc_in = _arc(first, radius, chord, -1.0)
-    arc_out = _arc(last, radius, chord, 1.0)
+    arc_in = quarter(first, radius, chord, -1.0)
+    arc_out = quarter(last, radius, chord, 1.0)
     begin = arc_in.part(slice(0, 1)) if arc_in else first
     end = arc_out.part(slice(-1, None)) if arc_out else last
     moves.append(Move("rapid", begin.lifted(lift)))
@@ -75,14 +79,16 @@ def with_leads(cut: Positions, lengths: Floats, radius: float, lift: float, chor
     return moves
 
 
-def _arc(at: Positions, radius: float, chord: float, way: float) -> Positions | None:
+def quarter(at: Positions, radius: float, chord: float, way: float) -> Positions | None:
     """A quarter circle that ends (way -1) or starts (+1) at a position, along its travel; without that position."""
     if radius <= LEAST:
         return None
     n = max(4, int(np.ceil(0.25 * np.pi / np.sqrt(2.0 * chord / radius))))
     angle = 0.5 * np.pi * np.arange(1, n + 1) / n
     angle = angle if way > 0.0 else angle[::-1]
-    normal = at.normals[0]
+    # Square to the tool's axis: beside a cone the normal is not, and the tool would go deeper.
+    normal = at.normals[0] - dot(at.normals[0], at.axis) * at.axis
+    normal = normal / np.sqrt(dot(normal, normal))
     off = way * np.sin(angle) * at.travel - (1.0 - np.cos(angle)) * normal
     return replace(at.repeated(len(angle)), tip=at.tip + radius * off)
 
@@ -99,6 +105,8 @@ WIDEST = np.radians(30.0)
 """largest rotation of one block: controls that take the shorter way round must not turn back"""
 SHARES = (0.25, 0.5, 0.75)
 """where along a block the chord is measured"""
+PER_TURN = 360
+"""samples of a path before its extremes are refined"""
 TRANSFER = np.radians(5.0)
 """rotation between the positions of a rapid way from one pass to the next"""
 
@@ -157,14 +165,36 @@ class Pass:
 
 @final
 @immutable
+class Hollow:
+    """The room within a ring that a tool works from: its radius, and heights z from the web to the upper end, mm."""
+
+    radius: float
+    low: float
+    high: float
+
+
+@immutable
+class Room:
+    """What a ring that is cut from within leaves an angle head, mm.
+
+    length  of it with its tool, from the tool's end, where it is free, to the ring behind
+    below   from the tool's axis, where it is lowest, down to the web
+    """
+
+    length: float
+    below: float
+
+
+@final
+@immutable
 class Machining:
     """The passes over all flanks of a cam.
 
     paths   one a pass, in order
-    tools   the tool of each track, of a planar cam of each path (a form tool's place on its meridian may differ from
-            track to track)
+    tools   the tool of each path (a form tool's place on its meridian may differ from track to track)
     rows    of a ball, by track and side
     tracks  the cutters' tracks; empty for planar cams
+    hollow  of a ring that is cut from within, by a tool that comes and goes over its upper end
     assumed  True where nobody chose the tool: one like the roller, with the table's defaults
     """
 
@@ -176,6 +206,7 @@ class Machining:
     safe_radius: float
     tracks: tuple[Track, ...] = ()
     rows: tuple[Rows, ...] = ()
+    hollow: Hollow | None = None
     assumed: bool = False
     _shared: dict[tuple[Space, int], tuple[Floats, float]] = field(default_factory=dict)
 
@@ -189,10 +220,16 @@ class Machining:
         """The tools to be got ready, each once: rollers of different sizes are followed by different tools."""
         return tuple({tool.shape: tool for tool in reversed(self.tools)}.values())[::-1]
 
+    @cached_property
+    def _by_path(self) -> dict[ToolPath, Tool]:
+        return dict(zip(self.paths, self.tools))
+
     def _tool_of(self, path: ToolPath) -> Tool:
-        if not self.tracks:
-            return self.tools[self.paths.index(path)]
-        return next((tool for track, tool in zip(self.tracks, self.tools) if path.follows(track)), self.tool)
+        return self._by_path[path]
+
+    def tool_along(self, track: Track) -> Tool:
+        """The tool of a track."""
+        return next(tool for path, tool in zip(self.paths, self.tools) if path.follows(track))
 
     def blocks_about(self, space: Space = "cam") -> int:
         """About how many positions all passes take."""
@@ -226,11 +263,14 @@ class Machining:
             tool, below = shapes.index(self._tool_of(path).shape), path.below
             begins = last is None or (tool, below) != at
             tool_pass, at = replace(self._pass(path, space), tool=tool, below=below, begins=begins), (tool, below)
+            first, *between, final = tool_pass.moves
             if last is not None and not begins:
-                way = self._transfer(last, tool_pass.moves[0].positions)
-                tool_pass = replace(tool_pass, moves=(Move("rapid", way), *tool_pass.moves[1:]))
-            last = tool_pass.moves[-1].positions
-            yield tool_pass
+                first = Move("rapid", self._transfer(last, first.positions))
+            last = final.positions
+            if self.hollow is not None:
+                first = Move("rapid", self._over(first.positions, self.hollow)) if begins else first
+                final = Move("rapid", self._over(last, self.hollow, -1)) if path is self.paths[-1] else final
+            yield replace(tool_pass, moves=(first, *between, final))
 
     def _pass(self, path: ToolPath, space: Space) -> Pass:
         phi, error = self._blocks(path, space)
@@ -239,10 +279,7 @@ class Machining:
         wanted = climbs(cut) == (self.spec.milling == "climb")
         if not wanted and cut.contacts.shape[0] == 1 and not isinstance(path, SidePath):
             cut, lengths = cut.reversed(), lengths[::-1]
-        radius = 0.0
-        if path.closed:
-            radius = lead_radius(self.spec.lead, path.room, self._tool_of(path).radius)
-        moves = with_leads(cut, lengths, radius, path.height + self.spec.retract, 0.5 * self.spec.tolerance)
+        moves = with_leads(cut, lengths, self._lead(path), path.height + self.spec.retract, 0.5 * self.spec.tolerance)
         moves[0] = Move("rapid", self._outside(moves[0].positions))
         moves[-1] = Move("rapid", self._outside(moves[-1].positions))
         return Pass(path.name, tuple(moves), error)
@@ -288,8 +325,19 @@ class Machining:
         return lambda at: np.concatenate([at.tip, at.axis]), lambda c: (c[:3], c[3:])
 
     def _outside(self, at: Positions) -> Positions:
-        """A free position moved on, the way the tool leaves, until it is outside the blank's largest radius."""
+        """A free position moved on, the way the tool leaves, until it is outside the blank's largest radius.
+
+        Within a ring: until the tool stands within its inside. Raises DesignError where that has no room for it.
+        """
         tip, away = at.tip[:, 0], at.away[:, 0]
+        if self.hollow is not None:
+            beside = abs(float(tip[0] * away[1] - tip[1] * away[0])) + self.thickest
+            if beside >= self.safe_radius:
+                raise DesignError(
+                    f"cutter.retract {self.spec.retract:g} mm leaves a tool {2.0 * self.thickest:.6g} mm thick no "
+                    f"place within the ring; below {self.hollow.radius - beside:.6g} mm"
+                )
+            return at.lifted(-sqrt(self.safe_radius**2 - beside**2) - float(tip[:2] @ away[:2]))
         a = float(away[0] ** 2 + away[1] ** 2)
         b = float(tip[0] * away[0] + tip[1] * away[1])
         c = float(tip[0] ** 2 + tip[1] ** 2) - self.safe_radius**2
@@ -297,6 +345,46 @@ class Machining:
             return at
         further = (-b + np.sqrt(b * b - a * c)) / a
         return at.lifted(further)
+
+    @cached_property
+    def thickest(self) -> float:
+        """Largest radius of the tool along the cut, mm."""
+        return max(tool.thickest(path.height) for path, tool in zip(self.paths, self.tools))
+
+    @cached_property
+    def room(self) -> Room | None:
+        """What a ring that is cut from within leaves the angle head; None of other cams."""
+        if self.hollow is None:
+            return None
+        around = self.hollow.radius**2
+
+        def length(at: Positions) -> Floats:
+            along = at.tip[0] * at.away[0] + at.tip[1] * at.away[1]
+            beside = at.tip[0] * at.away[1] - at.tip[1] * at.away[0]
+            return np.asarray(np.sqrt(around - beside * beside) - along)
+
+        free = [float(length(self._outside(at))[0]) for path in self.paths for at in self._plunges(path)]
+        cut = [-_largest(path, lambda at: -length(at)) for path in self.paths]
+        lowest = -max(_largest(path, lambda at: -at.tip[2]) for path in self.paths)
+        return Room(min(free + cut), lowest - self.hollow.low)
+
+    def _plunges(self, path: ToolPath) -> Iterator[Positions]:
+        """Where the tool comes down beside the flank and where it leaves, at the far ends of the arcs."""
+        for way, phi in zip((-1.0, 1.0), path.knots()[[0, -1]]):
+            at = path.at(np.array([phi]))
+            arc = quarter(at, self._lead(path), 0.5 * self.spec.tolerance, way)
+            yield at if arc is None else arc.part(slice(0, 1) if way < 0.0 else slice(-1, None))
+
+    def _lead(self, path: ToolPath) -> float:
+        """Radius of the arcs in and out, mm."""
+        return lead_radius(self.spec.lead, path.room, self._tool_of(path).radius) if path.closed else 0.0
+
+    def _over(self, at: Positions, hollow: Hollow, way: int = 1) -> Positions:
+        """The way to a position from over the ring's upper end, way +1, or back there."""
+        both = at.repeated(2)
+        over = np.array([0.0, 0.0, hollow.high + self.spec.retract + self.thickest - at.tip[2, 0]])
+        steps = np.stack([over, 0.0 * over], axis=1)
+        return replace(both, tip=both.tip + steps[:, ::way])
 
     def _transfer(self, last: Positions, start: Positions) -> Positions:
         """A rapid way round the blank from the end of one pass to the start of the next.
@@ -322,6 +410,16 @@ class Machining:
         tip[:, -1], axes[:, -1] = start.tip[:, 0], start.axis[:, 0]
         phi = last.phi[0] + (start.phi[0] - last.phi[0]) * share
         return replace(start.repeated(count), phi=phi, tip=tip, axis=axes)
+
+
+def _largest(path: ToolPath, of: Callable[[Positions], Floats]) -> float:
+    """The largest of a value (n,) of the positions of a path."""
+
+    def value(phi: Floats) -> Floats:
+        return of(path.at(phi))
+
+    phi, owner = piece_grid(path.knots(), PER_TURN)
+    return refined_maximum(value, phi, owner, value(phi))[0]
 
 
 def _beside(at: Positions, sense: float) -> tuple[Floats, Floats]:

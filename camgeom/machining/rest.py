@@ -33,7 +33,7 @@ COARSE = 41
 """positions tried round each cam angle"""
 FAN = 5
 ROUNDS = 2
-ZOOMS = 4
+ZOOMS = 6
 MARGIN = 1.5
 NOISE = 1e-11
 """mm; less is rounding"""
@@ -108,7 +108,7 @@ class RestField:
         return left
 
     def extreme(self, sign: float) -> RestExtreme | None:
-        """The largest (sign +1) or smallest stock, by finer and finer grids round the best sample; None: no flank."""
+        """The largest (sign +1) or smallest stock, by finer and finer grids round the best samples; None: no flank."""
         if not np.any(self.valid):
             return None
         shown = np.where(self.valid, sign * self.rest, -np.inf)
@@ -116,6 +116,17 @@ class RestField:
         value, phi, delta = float(shown[i, j]), float(self.phi[i]), float(self.delta[j])
         if sign < 0.0 and abs(value + self.bound) <= NOISE:
             return RestExtreme(self.bound, phi, delta, self.side)
+        # Beside an end of the blank, which passes between two stations, it may be larger than where they show it.
+        along = np.concatenate([[-np.inf], shown.max(axis=0), [-np.inf]])
+        tops = np.flatnonzero((along[1:-1] >= along[:-2]) & (along[1:-1] >= along[2:]) & (along[1:-1] > -np.inf))
+        for k in tops:
+            found = self._zoomed(sign, float(self.phi[int(np.argmax(shown[:, k]))]), float(self.delta[k]))
+            value, phi, delta = max((value, phi, delta), found)
+        return RestExtreme(sign * value if abs(value) > NOISE else 0.0, phi, delta, self.side)
+
+    def _zoomed(self, sign: float, phi: float, delta: float) -> tuple[float, float, float]:
+        """The largest `sign` times the stock about a place, and where it is."""
+        value = -inf
         width, height = 2.0 * np.pi / PER_TURN, abs(float(self.delta[1] - self.delta[0]))
         knots, (low, high) = self.track.knots(), sorted(self.track.contact)
         for _ in range(ZOOMS):
@@ -128,7 +139,7 @@ class RestField:
             if float(rest[i, j]) > value:
                 value, phi, delta = float(rest[i, j]), float(angles[i]), float(deltas[j])
             width, height = 0.3 * width, 0.5 * height
-        return RestExtreme(sign * value if abs(value) > NOISE else 0.0, phi, delta, self.side)
+        return value, phi, delta
 
     def _of_blank(self, x: Floats) -> npt.NDArray[np.bool_]:
         return np.ones(x.shape[1:], dtype=bool) if self.within is None else np.asarray(self.within(x) >= 0.0)

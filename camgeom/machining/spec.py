@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from math import atan, cos, degrees, radians
 from typing import TYPE_CHECKING, Annotated, Literal, final
 
 from pydantic import Field
 
 from camgeom.errors import Problem
 from camgeom.keys import Degrees, Gap, Length, Section
-from camgeom.track import Arc, Slide, Track
+from camgeom.track import Arc, Slide, Straight, Track
 
 if TYPE_CHECKING:
     from camgeom.solid.mechanism import Mechanism
@@ -31,6 +32,10 @@ class CutterSpec(Section):
         "roller", description="roller: shaped as the roller; flat: end mill; ball: ball mill; wheel: grinding wheel"
     )
     diameter: Length | None = Field(None, description="mm, of the tool; for kind roller that of the roller")
+    half_angle: Annotated[float, Field(gt=-85.0, lt=85.0)] = Field(
+        0.0, description="deg, of a taper end mill, as that of the conical roller, beside whose flank it stands with "
+        "its axis along the roller's; its diameter is that of its end; 0: a straight one"
+    )
     corner_radius: Gap = Field(
         0.0, description="mm, of the tool's end, which rounds the groove's root; 0: a sharp end"
     )
@@ -73,7 +78,7 @@ class CutterSpec(Section):
         "alone, as linear cams always are"
     )
     rotary: Literal["A", "B", "C"] | None = Field(
-        None, description="letter of the axis that turns the cam; default A, on discs C"
+        None, description="letter of the axis that turns the cam; default A, on discs and within rings C"
     )
     reversed_rotary: bool = Field(False, description="the rotary axis counts the other way")
     pivot: Gap = Field(0.0, description="mm, from the tool's end to the swing axis; 0: the control follows the tip")
@@ -92,6 +97,8 @@ class CutterSpec(Section):
             found["scallop"] = "only a ball cuts in rows that leave ridges"
         if self.kind == "ball" or (self.kind == "wheel" and self.contact == "side"):
             found["corner_radius"] = "a ball, or a wheel that works with its side, has no corner of its own"
+        if self.kind != "flat":
+            found["half_angle"] = "only an end mill, kind = 'flat', may be a taper"
         if self.kind != "wheel":
             found["contact"] = "only a wheel works with its rim or its side"
         if self.machine == "plain":
@@ -113,9 +120,23 @@ class CutterSpec(Section):
             return True
         if self.kind == "ball" or self.diameter is None or self.axis != "roller":
             return False
+        return 0.5 * self.diameter + self.allowance * self._across >= self._half(track) - LEAST
+
+    @property
+    def _across(self) -> float:
+        """Way square to the axis per mm square to the side."""
+        return 1.0 / cos(radians(self.half_angle))
+
+    def _half(self, track: Track) -> float:
+        """Largest radius of a tool that goes once down the middle of a groove, mm: of a taper at its end."""
         from camgeom.machining.path import roller_at, wall_ends
 
-        return 0.5 * self.diameter + self.allowance >= roller_at(track, 0.5 * sum(wall_ends(track)))[1] - LEAST
+        place = track.meridian.parameter(track.tip) if self.half_angle else 0.5 * sum(wall_ends(track))
+        return roller_at(track, place)[1]
+
+    def largest(self, track: Track) -> float:
+        """Largest radius of a tool that goes into a groove, mm: of a taper at its end."""
+        return self._half(track) if self.half_angle else narrowest(track)
 
     def problems(self, mechanism: Mechanism) -> list[Problem]:
         """What contradicts itself or the cam, with key, value and allowed range."""
@@ -124,8 +145,12 @@ class CutterSpec(Section):
             return found
         if mechanism.carriage is not None:
             return self._planar_problems(True) + self._plate_problems(mechanism)
+        if self.half_angle:
+            found += self._taper_problems(() if _shares(mechanism) else mechanism.tracks)
+        if leaning(mechanism):
+            return found + self._leaning_problems(mechanism.cutters)
         if mechanism.blank is None:
-            return self._planar_problems(mechanism.roller is not None)
+            return found + self._planar_problems(mechanism.roller is not None)
         tracks = mechanism.cutters
         if self.overrun:
             found.append(_problem("overrun", self.overrun, "0: only the flank of a disc has a lower face to pass"))
@@ -133,7 +158,50 @@ class CutterSpec(Section):
             found.append(_problem("machine", self.machine, "rotary: this cam's flanks run round it"))
         if self.axis == "radial" and not all(is_radial(track) for track in tracks):
             found.append(_problem("axis", self.axis, "roller or fitted where the roller does not point at the axis"))
+        found += self._ring_problems() if mechanism.inside else []
         return [*found, *self._width_problems(tracks), *self._root_problems(tracks)]
+
+    def _taper_problems(self, tracks: tuple[Track, ...]) -> list[Problem]:
+        """A taper lies along the flank of a cone of its own half angle, its axis along the roller's."""
+        found = [_problem(key, getattr(self, key), f"{word}, for a taper")
+                 for key, word in (("path", "flank"), ("axis", "roller")) if getattr(self, key) != word]  # fmt: skip
+        angles = sorted({degrees(atan(slope_to_tip(track))) for track in tracks})
+        if not angles or any(abs(angle - self.half_angle) > SAME for angle in angles):
+            limit = f"0, or that of the roller, {' and '.join(f'{angle:g}' for angle in angles) or '0'} deg"
+            found.append(_problem("half_angle", self.half_angle, limit))
+        return found
+
+    def _leaning_problems(self, tracks: tuple[Track, ...]) -> list[Problem]:
+        """A disc's flank that leans is cut by a cone upright, by a mill that leans as it does, or in rows of a ball."""
+        found = []
+        leaning = self.axis == "fitted"
+        if self.kind == "ball" and not all(map(leans, tracks)):
+            found.append(_problem("kind", self.kind, "roller, flat or wheel: one disc's flank is straight"))
+        if self.kind == "wheel" and self.contact == "side":
+            found.append(_problem("contact", self.contact, "rim on a disc"))
+        if self.kind in ("flat", "wheel") and not self.half_angle:
+            if not leaning:
+                other = " (or a half_angle as the roller's)" if self.kind == "flat" else ""
+                limit = f"fitted{other}: along Z it does not lie on a flank that leans"
+                found.append(_problem("axis", self.axis, limit))
+            if self.path != "flank":
+                found.append(_problem("path", self.path, "flank, for a disc"))
+        if self.machine == "plain" and leaning:
+            found.append(_problem("machine", self.machine, "rotary: the tool leans another way all round"))
+        if self.pivot and not leaning:
+            found.append(_problem("pivot", self.pivot, "0: nothing swings a tool that stays along the cam's axis"))
+        if self.overrun and any(len(track.sides) > 1 for track in tracks):
+            found.append(_problem("overrun", self.overrun, "0: only the flank of a disc has a lower face to pass"))
+        return found + self._width_problems(tracks)
+
+    def _ring_problems(self) -> list[Problem]:
+        """A groove in the inside of a ring is cut by an angle head."""
+        found = []
+        if self.kind == "wheel" and self.contact == "side":
+            found.append(_problem("contact", self.contact, "rim within a ring"))
+        if self.pivot:
+            found.append(_problem("pivot", self.pivot, "0: an angle head within a ring does not swing"))
+        return found
 
     def _root_problems(self, tracks: tuple[Track, ...]) -> list[Problem]:
         """A rounded root is swept by a tool whose end has that radius."""
@@ -203,11 +271,34 @@ class CutterSpec(Section):
         """A tool must go into the groove; beside a rib it has room."""
         if self.kind == "roller" or self.diameter is None or (self.kind == "wheel" and self.contact == "side"):
             return []
-        least = min((2.0 * narrowest(track) for track in tracks if len(track.sides) > 1), default=None)
-        if least is None or self.diameter + 2.0 * self.allowance <= least + SAME:
+        least = min((2.0 * self.largest(track) for track in tracks if len(track.sides) > 1), default=None)
+        stock = 2.0 * self.allowance * self._across
+        if least is None or self.diameter + stock <= least + SAME:
             return []
-        room = f"at most {least - 2.0 * self.allowance:.6g} mm, the groove{' less the stock' if self.allowance else ''}"
+        room = f"at most {least - stock:.6g} mm, the groove{' less the stock' if self.allowance else ''}"
         return [Problem("cutter.diameter", "the tool does not go into the groove", self.diameter, room)]
+
+
+def slope_to_tip(track: Track) -> float:
+    """By how much a roller gets narrower per mm towards its free end; 0 but for a cone."""
+    return -track.tip_sign * track.meridian.slope if isinstance(track.meridian, Straight) else 0.0
+
+
+def leans(track: Track) -> bool:
+    """True for the flank of a disc that a conical roller runs on."""
+    return track.upright and slope_to_tip(track) != 0.0
+
+
+def leaning(mechanism: Mechanism) -> bool:
+    """True of a disc, or a pair, with such a flank."""
+    return mechanism.blank is None and not _shares(mechanism) and any(map(leans, mechanism.tracks))
+
+
+def _shares(mechanism: Mechanism) -> bool:
+    """True of plates that a turret's rollers share, which are cylinders."""
+    from camgeom.solid.mechanism import Drive
+
+    return mechanism.blank is None and mechanism.drive is Drive.SHARED
 
 
 def narrowest(track: Track) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import atan, inf, pi
+from math import atan, degrees, inf, pi, radians, tan
 from typing import Any, final
 
 import numpy as np
@@ -18,9 +18,10 @@ from camgeom.track import Meridian, Straight, Track
 class Tool:
     """A tool. `s` is measured along its axis from its end towards the spindle, mm.
 
-    kind     flat (cylinder, flat end), ball, roller (the roller's meridian), disc (a wheel that ends after `width`)
-    radius   mm, the largest (for kind roller at its middle)
-    meridian, tip, sign  of kind roller: its shape, where its end is on it, and delta = tip + sign * s
+    kind     flat (cylinder, flat end), ball, roller (the roller's meridian), taper (a cone with a flat end), disc (a
+             wheel that ends after `width`)
+    radius   mm, the largest (for kind roller at its middle, for a taper at its end)
+    meridian, tip, sign  of kinds roller and taper: the shape, where its end is on it, and delta = tip + sign * s
     width    mm, of a disc; else infinite (the shank is as thick as the tool)
     neck     mm, by which a ball's shank is thinner in radius
     corner   mm, radius of the rounding between a flat tool's side and its end
@@ -61,6 +62,21 @@ class Tool:
         arc = self.meridian
         return np.asarray(np.hypot(across - (arc.radius - arc.arc), delta - arc.centre) - arc.arc)
 
+    def thickest(self, height: float) -> float:
+        """Largest radius from its end up to `height`, mm."""
+        return float(self._radii(height).max())
+
+    def thinnest(self, height: float) -> float:
+        """Least radius of its side from its end up to `height`, mm."""
+        return float(self._radii(height).min())
+
+    def _radii(self, height: float) -> Floats:
+        if self.meridian is None:
+            return np.array([self.radius])
+        ends = sorted((self.tip, self.tip + self.sign * height))
+        low, high = (self.meridian.parameter(place) for place in ends)
+        return self.meridian.jet(np.linspace(low, high, 33))[3]
+
     def apt(self, height: float) -> tuple[float, ...]:
         """The seven numbers of APT's CUTTER: d, r, e, f, a, b, h (mm, degrees).
 
@@ -91,6 +107,8 @@ class Tool:
         """The tool in words."""
         size = f"{2.0 * self.radius:.6g} mm"
         if isinstance(self.meridian, Straight):
+            if self.kind == "taper":
+                return f"taper end mill, {size} at its end, half angle {degrees(atan(self.meridian.slope)):.6g} deg"
             return f"conical mill like the roller, {size} at its middle"
         words = {"flat": "end mill", "ball": "ball mill", "disc": f"wheel {self.width:.6g} mm wide,"}
         corner = f", corner radius {self.corner:.6g} mm" if self.corner else ""
@@ -116,6 +134,8 @@ def tool_of(
     if spec.kind == "wheel" and spec.contact == "side":
         assert spec.width is not None
         return Tool("disc", radius, width=spec.width)
+    if spec.half_angle:
+        return Tool("taper", radius, Straight(radius, 0.0, tan(radians(spec.half_angle))), 0.0, 1.0)
     root = track.root if track is not None else corner
     neck = 0.1 * radius if spec.neck is None else spec.neck
     return Tool("ball", radius, neck=neck) if spec.kind == "ball" else Tool("flat", radius, corner=root)

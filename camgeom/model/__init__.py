@@ -668,11 +668,6 @@ class Model(Sealed):
         spec = self.profile.impact_spec
         return law_runs(self.profile) if spec is not None and spec.laws else {}
 
-    @property
-    def no_tool(self) -> str:
-        """Why the cam takes no [cutter], and so no tool like its roller either; empty where it takes one."""
-        return self.profile.cam.idle(self.setup).get("cutter", "")
-
     @fact
     def machining(self) -> Machining:
         """Cutter data of the profile's [cutter] tool (default: one like the roller).
@@ -685,8 +680,6 @@ class Model(Sealed):
     @fact
     def machined(self) -> Outcome:
         """What that tool leaves of the flanks, gouges among them: stock, ridges, passes."""
-        if self.no_tool:
-            raise DesignError(self.no_tool)
         from camgeom.machining.job import machining_of
         from camgeom.machining.outcome import Outcome
         from camgeom.machining.spec import CutterSpec
@@ -696,7 +689,9 @@ class Model(Sealed):
             for one in self.grooves:
                 one.refuse_folded()
         made = machining_of(self.profile.name, spec, [one.mechanism for one in self.grooves], self.parts)
-        return Outcome(replace(made, assumed=self.profile.cutter_spec is None), self.mechanism.within)
+        drum = self.mechanism.drum
+        within = drum.under if drum is not None and drum.hollow else self.mechanism.within
+        return Outcome(replace(made, assumed=self.profile.cutter_spec is None), within)
 
     @fact
     def tolerances(self) -> ToleranceStudy:

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from camgeom.errors import DesignError, ProfileError
-from camgeom.export import format_of, write
-from camgeom.model import Model, read
+from camgeom.model import Model
 from camgeom.profile import parse
 from tests.oracle.cutter_simulation import disc_profile, fed, forward_rotary_c, read_apt, read_gcode, swept
 from tests.places import PROFILES
@@ -165,16 +164,3 @@ def test_rotary_axis_never_goes_round_in_the_cut(tmp_path: Path, name: str, star
         axis = np.tile([0.0, 0.0, 1.0], (len(tip), 1))
         left = swept(stirred(made, number), tip, axis, [12.0, 0.0, 6.0, 0.0, 0.0, 0.0, 50.0])
         assert np.abs(left).max() < 1e-3
-
-
-@pytest.mark.parametrize("name", ["conical_disc", "bell_lifter"])
-def test_where_a_cutter_is_refused_no_paths_are_offered(name: str) -> None:
-    model = read(str(PROFILES / f"{name}.toml"))
-    why = model.profile.cam.idle(model.setup)["cutter"]
-    for extension in (".apt", ".cutter.csv", ".gcode", ".rest.csv"):
-        assert format_of(Path(f"x{extension}")).missing(model) == why
-        with pytest.raises(DesignError) as error:
-            write(model, Path(f"x{extension}"))
-        assert why in str(error.value)
-    with pytest.raises(DesignError):
-        _ = model.machined

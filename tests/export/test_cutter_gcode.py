@@ -12,38 +12,9 @@ from camgeom.errors import DesignError
 from camgeom.export import write
 from camgeom.model import Model, read
 from camgeom.profile import parse
-from tests.oracle.cutter_simulation import read_gcode, turned
+from tests.oracle.cutter_simulation import forward, read_gcode
 from tests.places import PROFILES
 from tests.reference.milled_cams import DRUM, GLOBOID, model, written
-
-LETTERS = {"A": "ZYXBC", "B": "ZXYAC", "C": "XYZBA"}
-"""radial, across and axial linear axes, the swing about the across axis and about the radial one"""
-UNIT = {"X": [1.0, 0.0, 0.0], "Y": [0.0, 1.0, 0.0], "Z": [0.0, 0.0, 1.0]}
-
-
-def rotated(v: np.ndarray, axis: str, angle: np.ndarray) -> np.ndarray:
-    """Vectors (n, 3) turned right-handed about a machine axis (Rodrigues)."""
-    k = np.array(UNIT[axis])
-    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
-    return v * c + np.cross(np.broadcast_to(k, v.shape), v) * s + (v @ k)[:, None] * k * (1.0 - c)
-
-
-def forward(blocks: list[dict], rotary: str, helix: bool = False) -> tuple[np.ndarray, np.ndarray]:
-    """Ends and axes in the cam frame: the machine's frame is right-handed with the cam along its axial letter."""
-    radial, across, axial, tilt, about_radial = LETTERS[rotary]
-    columns = {w: np.array([b.get(w, 0.0) for b in blocks]) for w in "XYZABC"}
-    point = np.stack([columns[w] for w in "XYZ"], axis=1)
-    n = len(blocks)
-    sign = float(np.dot(np.cross(UNIT[axial], UNIT[radial]), UNIT[across]))
-    if helix:
-        zero = np.tile(sign * np.array(UNIT[across]), (n, 1))
-        spindle = rotated(zero, radial, np.radians(columns[about_radial]))
-    else:
-        spindle = rotated(np.tile(UNIT[radial], (n, 1)), across, np.radians(columns[tilt]))
-    # Cam x, y, z are the radial direction, the third one, and the axial direction.
-    frame = np.array([UNIT[radial], np.cross(UNIT[axial], UNIT[radial]), UNIT[axial]])
-    turn = -np.radians(columns[rotary])
-    return turned(point @ frame.T, turn), turned(spindle @ frame.T, turn)
 
 
 def where_the_tool_is(made: Model, blocks: list[dict], rotary: str, sense: float, helix: bool) -> float:

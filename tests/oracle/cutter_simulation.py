@@ -82,6 +82,58 @@ def forward_rotary_a(blocks, pivot=0.0):
     return turned(point, -a), turned(axis, -a)
 
 
+LETTERS = {"A": "ZYXBC", "B": "ZXYAC", "C": "XYZBA"}
+"""radial, across and axial linear axes, the swing about the across axis and about the radial one"""
+UNIT = {"X": [1.0, 0.0, 0.0], "Y": [0.0, 1.0, 0.0], "Z": [0.0, 0.0, 1.0]}
+
+
+def rotated(v: np.ndarray, axis: str, angle: np.ndarray) -> np.ndarray:
+    """Vectors (n, 3) turned right-handed about a machine axis (Rodrigues)."""
+    k = np.array(UNIT[axis])
+    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    return v * c + np.cross(np.broadcast_to(k, v.shape), v) * s + (v @ k)[:, None] * k * (1.0 - c)
+
+
+def forward(
+    blocks: list[dict], rotary: str, helix: bool = False, inside: bool = False, upright: bool = False
+) -> tuple[np.ndarray, np.ndarray]:
+    """Ends and axes in the cam frame: the machine's frame is right-handed with the cam along its axial letter.
+
+    helix: a wheel that swings about the radial axis; inside: an angle head whose tool points to the radial axis' +;
+    upright: a spindle along the cam's axis, from where the tool is tilted about the across axis
+    """
+    radial, across, axial, tilt, about_radial = LETTERS[rotary]
+    columns = {w: np.array([b.get(w, 0.0) for b in blocks]) for w in "XYZABC"}
+    point = np.stack([columns[w] for w in "XYZ"], axis=1)
+    n = len(blocks)
+    sign = float(np.dot(np.cross(UNIT[axial], UNIT[radial]), UNIT[across]))
+    if helix:
+        zero = np.tile(sign * np.array(UNIT[across]), (n, 1))
+        spindle = rotated(zero, radial, np.radians(columns[about_radial]))
+    elif upright:
+        spindle = rotated(np.tile(UNIT[axial], (n, 1)), across, np.radians(columns[tilt]))
+    elif inside:
+        spindle = np.tile(-np.array(UNIT[radial]), (n, 1))
+    else:
+        spindle = rotated(np.tile(UNIT[radial], (n, 1)), across, np.radians(columns[tilt]))
+    # Cam x, y, z are the radial direction, the third one, and the axial direction.
+    frame = np.array([UNIT[radial], np.cross(UNIT[axial], UNIT[radial]), UNIT[axial]])
+    turn = -np.radians(columns[rotary])
+    return turned(point @ frame.T, turn), turned(spindle @ frame.T, turn)
+
+
+def dense(blocks, rotary, **how):
+    """Ends and axes as a machine passes them between its blocks, straight in its own coordinates."""
+    letters = [w for w in "XYZABC" if any(w in block for block in blocks)]
+    table = np.array([[block.get(w, 0.0) for w in letters] for block in blocks])
+    at = np.arange(len(table))
+    turn = np.abs(np.diff(table[:, letters.index(rotary)])) if rotary in letters else np.zeros(len(table) - 1)
+    parts = np.maximum(2, np.ceil(turn / 0.06)).astype(int)  # an arc of 100 mm within 1.4e-5 mm
+    where = np.concatenate([i + np.arange(n) / n for i, n in enumerate(parts)] + [at[-1:]])
+    fine = np.stack([np.interp(where, at, column) for column in table.T], axis=1)
+    return forward([dict(zip(letters, row)) for row in fine], rotary, **how)
+
+
 def turned(v, angle):
     """Vectors (n, 3) turned about Z by angles (n,)."""
     c, s = np.cos(angle), np.sin(angle)
@@ -89,8 +141,11 @@ def turned(v, angle):
 
 
 def tool_distance(x, tip, axis, cutter):
-    """Signed distance of points to a tool with APT's seven numbers (cylinder, ball or cone), in its half plane."""
-    diameter, corner, _, _, _, side, _ = cutter  # of a ball only the ball: its shank is thinner
+    """Signed distance of points to a tool with APT's seven numbers (cylinder, ball or cone), in its half plane.
+
+    An eighth number is its length: beyond it there is nothing.
+    """
+    diameter, corner, _, _, _, side, _, *length = cutter  # of a ball only the ball: its shank is thinner
     axis = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
     d = x - tip
     s = np.einsum("...i,...i->...", d, axis)
@@ -100,7 +155,8 @@ def tool_distance(x, tip, axis, cutter):
         return np.hypot(across, s - corner) - corner
     slope = np.tan(np.radians(side))
     wall = (across - 0.5 * diameter - slope * s) / np.hypot(1.0, slope)
-    return np.where(s >= 0.0, wall, np.hypot(np.maximum(wall, 0.0), s))
+    beyond = np.maximum(-s, s - length[0]) if length else -s
+    return np.where(beyond <= 0.0, wall, np.hypot(np.maximum(wall, 0.0), beyond))
 
 
 def swept(x, tip, axis, cutter):

@@ -347,7 +347,6 @@ def test_what_means_nothing_is_refused_by_name() -> None:
     for changes, words in (
         ({"height": 40.0}, "cam.height.*means nothing"),
         ({"material": {"cam": {"bending_limit": 300.0}}}, "solved in rings"),
-        ({"cutter": {"kind": "flat", "diameter": 12.0}}, "cutter.*angle head"),
         ({"roller": {"shape": "cone", "half_angle": -5.0}}, "roller.half_angle.*cannot be put into"),
         ({"roller": {"shape": "cone", "half_angle": 55.0, "length": 5.0}}, "roller.half_angle.*comes to its point"),
         ({"roller": {"shape": "sphere", "length": 6.0}}, "roller.shape"),

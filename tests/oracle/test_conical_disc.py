@@ -271,11 +271,3 @@ def test_undercut_is_asked_where_the_cone_is_thickest_though_no_roller_reaches_t
     (found,) = findings(model, ["undercut"])
     assert found.value == pytest.approx(wanted, abs=1e-4)
     assert f"{found.where}".endswith("at 20 mm along the roller axis")
-
-
-@pytest.mark.parametrize(("table", "said"), [
-    ({"cutter": {"kind": "flat", "diameter": 10.0}}, "no tool paths"),
-])  # fmt: skip
-def test_what_it_does_not_take_is_named(table: dict[str, Any], said: str) -> None:
-    with pytest.raises(ProfileError, match=said):
-        made(**table)

@@ -31,6 +31,8 @@ _FIGURES = (
     ("opposite_wall_mm", "Least distance from the opposite wall", "mm"),
     ("mouth_gouge_mm", "Tool thicker than the groove's mouth by", "mm"),
     ("largest_tool_diameter_mm", "Largest tool that goes in", "mm"),
+    ("head_room_mm", "Room for angle head and tool along its axis", "mm"),
+    ("head_over_web_mm", "Tool's axis above the web, where it is lowest", "mm"),
     ("chord_error_mm", "Chord error of the path", "mm"),
     ("cutting_time_min", "Time at the feeds", "min"),
 )
