@@ -63,15 +63,11 @@ def piece_grid(knots: Floats, per_turn: int, least: int = 9) -> tuple[Floats, np
     return np.concatenate(points), np.concatenate(owner)
 
 
-def refined_maximum(f: Callable[[Floats], Floats], x: Floats, owner: npt.NDArray[np.int64], values: Floats,
-                    keep: int = 6, grain: float = 0.0, least: float = -np.inf) -> tuple[float, float]:
-    """Largest value of f and where, refined about the best local maxima of the samples.
+def brackets(x: Floats, owner: npt.NDArray[np.int64], values: Floats, keep: int = 6,
+             least: float = -np.inf) -> tuple[Floats, Floats]:
+    """Where between samples the largest value may lie: ends (k,) of the intervals beside the best local maxima.
 
-    f       vectorised function of x (n,) -> (n,)
-    x       increasing samples; `owner` numbers the smooth piece of each; values (n,) = f(x)
-    grain   share by which values beside a kink differ for no reason
-    least   what does not reach this is of no interest: it need not be refined
-    Returns (value, x). The result is never below the best sample.
+    x  increasing samples; `owner` numbers the smooth piece of each; values (n,); keep, least: see `refined_maximum`
     """
     left = np.r_[False, owner[1:] == owner[:-1]]
     right = np.r_[owner[:-1] == owner[1:], False]
@@ -82,12 +78,26 @@ def refined_maximum(f: Callable[[Floats], Floats], x: Floats, owner: npt.NDArray
     lower = np.minimum(np.where(left, below, values), np.where(right, above, values))
     drop = np.subtract(values, lower, out=np.zeros_like(values), where=np.isfinite(values))
     index = np.flatnonzero(peak & (values + drop >= max(float(values.max()), least)))
-    start = int(np.argmax(values))
-    if not len(index):
-        return float(values[start]), float(x[start])
     index = index[np.argsort(values[index])[::-1][:keep]]
     low = np.where(left[index], x[np.maximum(index - 1, 0)], x[index])
     high = np.where(right[index], x[np.minimum(index + 1, len(x) - 1)], x[index])
+    return low, high
+
+
+def refined_maximum(f: Callable[[Floats], Floats], x: Floats, owner: npt.NDArray[np.int64], values: Floats,
+                    keep: int = 6, grain: float = 0.0, least: float = -np.inf) -> tuple[float, float]:
+    """Largest value of f and where, refined about the best local maxima of the samples.
+
+    f       vectorised function of x (n,) -> (n,)
+    x       increasing samples; `owner` numbers the smooth piece of each; values (n,) = f(x)
+    grain   share by which values beside a kink differ for no reason
+    least   what does not reach this is of no interest: it need not be refined
+    Returns (value, x). The result is never below the best sample.
+    """
+    low, high = brackets(x, owner, values, keep, least)
+    start = int(np.argmax(values))
+    if not len(low):
+        return float(values[start]), float(x[start])
     found, where = bracketed_maximum(
         lambda at: f(at.ravel()).reshape(at.shape), low, high, grain=grain, least=max(float(values[start]), least)
     )

@@ -17,8 +17,8 @@ import numpy.typing as npt
 
 from camgeom.errors import DesignError
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
-from camgeom.maths.extremum import Extreme
+from camgeom.maths import Floats, among, distinct
+from camgeom.maths.extremum import Extreme, bracketed_maximum, brackets
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import dot
 from camgeom.mechanics.bearing import (
@@ -67,6 +67,10 @@ SPAN_SHARE = 1.6
 """Bearing distance of the camshaft over the cam's width, where nothing better is known"""
 BESIDE = 1e-8
 """rad on either side of a cam angle at which a roller comes to bear or ceases to"""
+PEAKS = 3
+"""samples of each quantity, the largest that stand above their neighbours, about which a larger one is looked for"""
+GAIN = 1e-9
+"""share of a largest quantity that is not worth another look"""
 COUNT = 72
 """values of stiffness in a turn"""
 WITHIN = 5
@@ -116,11 +120,57 @@ class TurretDuty(Duty):
         return self.load.sampled(self.load.panels().split(self.beside.comings[0]))
 
     @cached_property
-    def theta(self) -> Floats:
-        """Cam angles of the sample points, rad, (n,): those of the panels, and both sides of where a roller comes."""
-        beside = np.concatenate([angles + way for angles in self.beside.comings for way in (-BESIDE, BESIDE)])
+    def _sampled(self) -> Floats:
+        """Cam angles at which the turn is sampled, rad, (n,): those of the panels, and both sides of where a roller
+        comes or the torque may jump."""
+        events = np.concatenate([*self.beside.comings, self.force.panels.breaks])
+        beside = np.concatenate([events - BESIDE, events + BESIDE])
         beside = beside[(beside > 0.0) & (beside < TURN)]
-        return np.sort(np.concatenate([self.force.panels.theta.ravel(), beside]))
+        return distinct(np.concatenate([self.force.panels.theta.ravel(), beside]))
+
+    @cached_property
+    def theta(self) -> Floats:
+        """Cam angles of the sample points, rad, (n,): those, and where between them a roller is pressed hardest."""
+        return distinct(np.concatenate([self._sampled, self._hardest_angles]))
+
+    @cached_property
+    def _hardest_angles(self) -> Floats:
+        """Cam angles, rad, at which pressure, force on a roller or width of its contact may be largest, (q,).
+
+        None of contacts on a half-space, which their slices do not tell: a crown may touch with a hair of one.
+        """
+        if self.level == "finite" or (self._most_torque == 0.0 and self.preload <= 0.0):
+            return np.zeros(0)
+        owner = np.searchsorted(self.force.panels.breaks, self._sampled)
+        each = self._extremes(self._first, self._first_loads[0])
+        found = [brackets(self._sampled, owner, values, PEAKS) for values in each]
+        which = np.repeat(np.arange(len(found)), [len(low) for low, _ in found])[:, None]
+        size = np.abs(each.max(axis=1))[which]
+
+        def asked(at: Floats) -> Floats:
+            theta = np.concatenate([self._sampled[:1], at.ravel()])
+            beside = self.beside.once(theta)
+            values = self._extremes(beside, self._loads(beside)[0])[:, 1:].reshape(-1, *at.shape)
+            return np.asarray(values[which[:, 0], np.arange(len(at))] / size)
+
+        low, high = (np.concatenate(ends) for ends in zip(*found))
+        return bracketed_maximum(asked, low, high, noise=GAIN)[1]
+
+    def _extremes(self, e: Engagement, load: Floats) -> Floats:
+        """What is largest where pressure, force on a roller and width of a contact are, (3, n), -inf without load.
+
+        load  per length on both walls, N/mm, (2, n, k, m)
+
+        Of a pressure it is -1 / (w k), of a width -k / w: smooth through the pole at which a wall is undercut.
+        """
+        pressed = load > 0.0
+        w, k = np.where(pressed, load, 1.0), np.where(pressed & (e.curvature != 0.0), e.curvature, 1.0)
+        each = (
+            np.where(pressed, -1.0 / (w * k), -np.inf).max(axis=(0, 2, 3)),
+            (load * e.cover).sum(axis=(0, 3)).max(axis=1),
+            np.where(pressed & (k > 0.0), -k / w, -np.inf).max(axis=(0, 2, 3)),
+        )
+        return np.stack(each)
 
     @cached_property
     def _nodes(self) -> npt.NDArray[np.intp]:
@@ -130,7 +180,7 @@ class TurretDuty(Duty):
     @cached_property
     def turret_torque(self) -> Floats:
         """Torque that the cam gives the turret, N mm, (n,)."""
-        return self.force.panels.at(self.force.force, self.theta)
+        return self._torque_on(self.theta)
 
     @cached_property
     def engagement(self) -> Engagement:
@@ -138,47 +188,28 @@ class TurretDuty(Duty):
         return self.beside.at(self.theta)
 
     @cached_property
+    def _first(self) -> Engagement:
+        """The rollers beside the cam at the cam angles that are sampled first."""
+        return self.beside.at(self._sampled)
+
+    @cached_property
+    def _most_torque(self) -> float:
+        """Largest torque on the turret of those, N mm."""
+        return float(np.abs(self._torque_on(self._sampled)).max(initial=0.0))
+
+    def _torque_on(self, theta: Floats) -> Floats:
+        """Torque that the cam gives the turret at cam angles (n,), N mm."""
+        return self.force.panels.at(self.force.force, theta)
+
+    @cached_property
     def loaded(self) -> npt.NDArray[np.intp]:
         """Sample points with a torque worth the name."""
-        size = np.abs(self.turret_torque)
-        return np.asarray(np.nonzero(size > QUIET * size.max(initial=0.0))[0])
-
-    def _picked(self, values: npt.NDArray[Any]) -> Floats:
-        """Values (2, n, ...) of the direction that the torque needs, at the loaded points."""
-        way = np.where(self.turret_torque[self.loaded] >= 0.0, 0, 1)
-        return np.asarray(values[way, self.loaded])
+        return np.flatnonzero(np.abs(self.turret_torque) > QUIET * self._most_torque)
 
     @cached_property
     def line_load(self) -> Floats:
         """Load per length on the wall that bears, N/mm, (n, k, m). Raises DesignError where nothing can bear."""
-        if self._by_slices:
-            return np.asarray(self._on_walls[0].sum(axis=0))
-        e = self.engagement
-        out = np.zeros(e.on.shape[1:])
-        if not len(self.loaded):
-            return out
-        on = self._picked(e.cover > 0.0)
-        flat = on.reshape(len(self.loaded), -1)
-        if not flat.any(axis=1).all():
-            at = degrees(float(self.theta[self.loaded[int(np.argmin(flat.any(axis=1)))]]))
-            raise DesignError(f"no roller can take the turret's torque at cam angle {at:.6g} deg: widen the cam")
-        r = self.tracks[0].meridian.jet(e.stations)[3]
-        k = self._picked(e.curvature).reshape(flat.shape)
-        radius = np.broadcast_to(r, on.shape).reshape(flat.shape)
-        shared = share_load(
-            np.abs(self.turret_torque[self.loaded]),
-            np.zeros(flat.shape[1]),
-            self._picked(e.cover).reshape(flat.shape),
-            np.where(k > 0.0, np.where(flat, k, 1.0), 1.0 / radius),
-            self.roller,
-            self.cam,
-            radius,
-            2.0 * radius,
-            np.where(flat, 0.0, FAR),
-            cosines=np.where(flat, self._picked(e.lever).reshape(flat.shape), 1.0),
-        )
-        out[self.loaded] = np.where(flat, shared.line_load, 0.0).reshape(on.shape)
-        return out
+        return np.asarray(self._on_walls[0].sum(axis=0))
 
     @property
     def level(self) -> Literal["line", "finite"]:
@@ -193,19 +224,67 @@ class TurretDuty(Duty):
 
     @cached_property
     def _on_walls(self) -> tuple[Floats, Floats]:
+        """`_loads` at the sample points: what is known at those that are sampled first is not computed again."""
+        at, there = among(self._sampled, self.theta)
+        fresh = np.flatnonzero(~there)
+        load, approach = np.empty((2, *self.engagement.on.shape))
+        for each, known, more in zip((load, approach), self._first_loads, self._loads(self.engagement, fresh)):
+            each[:, there], each[:, fresh] = known[:, at[there]], more
+        return load, approach
+
+    @cached_property
+    def _first_loads(self) -> tuple[Floats, Floats]:
+        """`_loads` at the cam angles that are sampled first."""
+        return self._loads(self._first)
+
+    def _loads(self, e: Engagement, rows: npt.NDArray[np.intp] | None = None) -> tuple[Floats, Floats]:
         """Load per length on both walls, N/mm, and approach without crown, run-out and tilt, mm, (2, n, k, m) each.
 
+        rows  of the engagement, (n,), all without
         A slice presses one of them; without preload none presses where there is no torque.
+        Raises DesignError where nothing can bear.
         """
-        slices, e = self.slices(self.engagement), self.engagement
-        rows = np.arange(len(self.theta)) if self.preload > 0.0 else self.loaded
-        load, approach = np.zeros((2, *e.on.shape))
-        load[:, rows], approach[:, rows] = self._shared(slices.rows(rows), self.turret_torque[rows])
-        return load, approach + self._drop(e)
+        every = np.arange(len(e.theta)) if rows is None else rows
+        load, approach = np.zeros((2, 2, len(every), *e.on.shape[2:]))
+        torque = self._torque_on(e.theta[every])
+        some = np.abs(torque) > QUIET * self._most_torque
+        if not self._by_slices:
+            if some.any():
+                way = np.where(torque[some] >= 0.0, 0, 1)
+                load[way, np.flatnonzero(some)] = self._along(e, way, every[some], np.abs(torque[some]))
+            return load, approach
+        some |= self.preload > 0.0
+        load[:, some], approach[:, some] = self._shared(self.slices(e).rows(every[some]), torque[some])
+        return load, approach + self._drop(e)[:, every]
+
+    def _along(self, e: Engagement, way: npt.NDArray[np.intp], rows: npt.NDArray[np.intp], torque: Floats) -> Floats:
+        """Load per length, N/mm, (q, k, m), on the walls of a direction (q,) at rows (q,) under torques (q,), N mm."""
+        cover = e.cover[way, rows]
+        on = cover > 0.0
+        flat = on.reshape(len(rows), -1)
+        if not flat.any(axis=1).all():
+            at = degrees(float(e.theta[rows[int(np.argmin(flat.any(axis=1)))]]))
+            raise DesignError(f"no roller can take the turret's torque at cam angle {at:.6g} deg: widen the cam")
+        r = self.tracks[0].meridian.jet(e.stations)[3]
+        k = e.curvature[way, rows].reshape(flat.shape)
+        radius = np.broadcast_to(r, on.shape).reshape(flat.shape)
+        shared = share_load(
+            torque,
+            np.zeros(flat.shape[1]),
+            cover.reshape(flat.shape),
+            np.where(k > 0.0, np.where(flat, k, 1.0), 1.0 / radius),
+            self.roller,
+            self.cam,
+            radius,
+            2.0 * radius,
+            np.where(flat, 0.0, FAR),
+            cosines=np.where(flat, e.lever[way, rows].reshape(flat.shape), 1.0),
+        )
+        return np.where(flat, shared.line_load, 0.0).reshape(on.shape)
 
     def _shared(self, slices: Slices, torque: Floats) -> Floats:
         """Load per length of slices under torques (n,), N mm, and their approach less their gap, (2, 2, n, k, m)."""
-        held, e = slices.held(torque), self.engagement
+        held, e = slices.held(torque), self._first
         shape = (len(torque), 2, len(e.places), len(e.stations))
         each = held.line_load, slices.preload + slices.lever * held.angle[:, None]
         return np.stack([np.moveaxis(one.reshape(shape), 0, 1) for one in each])
@@ -221,7 +300,7 @@ class TurretDuty(Duty):
     @cached_property
     def _middles(self) -> Floats:
         """Middle of every roller's contact stretch along its axis (delta), mm, (k,): plates stand side by side."""
-        return np.array([0.5 * sum(self.tracks[index].contact) for index, _ in self.engagement.places])
+        return np.array([0.5 * sum(self.tracks[index].contact) for index, _ in self._first.places])
 
     @property
     def middle(self) -> float:
@@ -508,7 +587,7 @@ class TurretDuty(Duty):
     @cached_property
     def _radius(self) -> float:
         """Roller radius at the middle of the contact, mm."""
-        return float(self.tracks[0].meridian.jet(self.engagement.stations)[3][len(self.engagement.stations) // 2])
+        return float(self.tracks[0].meridian.jet(self._first.stations)[3][len(self._first.stations) // 2])
 
     @cached_property
     def slice_life(self) -> Floats:
@@ -634,7 +713,7 @@ class TurretDuty(Duty):
 
         theta = np.array([self.least_peak.cam_angle])
         square, at = self.squared[1], self.beside.once(theta)
-        load, approach = square._shared(square.slices(at), self.force.panels.at(self.force.force, theta))
+        load, approach = square._shared(square.slices(at), self._torque_on(theta))
         if square.level == "line":
             return float(square._as_line(load, at.curvature).max())
         found = square._finite(at, load, approach + square._drop(at))
@@ -668,7 +747,7 @@ class TurretDuty(Duty):
     @property
     def _length(self) -> float:
         """Contact length of a roller, mm."""
-        return self.engagement.length
+        return self._first.length
 
     @cached_property
     def peak_contact(self) -> Beneath | None:

@@ -383,7 +383,7 @@ def test_a_turret_roller_that_undercuts_its_wall_fails() -> None:
     assert duty is not None
     walls = {name: values.copy() for name, values in duty.engagement._walls.items()}
     walls["curvature"][:, n, k, m] = -0.02
-    duty.engagement.__dict__["_walls"] = walls
+    vars(duty.engagement).update(_walls=walls, curvature=walls["curvature"])
     assert duty.peak_pressure.value == inf
     assert duty.lives["roller"] == 0.0 == duty.lives["cam"]
     assert [finding.level for finding in said(made, "turret-pressure")] == ["fail"]
