@@ -205,12 +205,12 @@ def test_ends_of_the_lean_have_two_sides(name: str, table: str, way: float, radi
 
 
 @pytest.mark.parametrize(("name", "keys", "said"), [
-    (GROOVE, {"cutter": {"kind": "flat", "diameter": 10.0}}, "no tool paths"),
+    (GROOVE, {"cutter": {"kind": "flat", "diameter": 10.0}}, "along Z it does not lie on a flank that leans"),
     (GROOVE, {"cam__root_radius": 1.0}, "0 for a roller whose flank is not cut by a cylindrical tool"),
     (GROOVE, {"material__cam__bending_limit": 400.0}, "solved in rings"),
     (GROOVE, {"impact": {"turns": 2, "clearance_kind": "normal"}}, "one for the chord and the normal"),
     (GROOVE, {"impact": {"turns": 2, "static_friction": 0.1, "roller_inertia": 1e-5}}, "does not turn in this solver"),
-    (PAIR, {"cutter": {"kind": "flat", "diameter": 10.0}}, "no tool paths"),
+    (PAIR, {"cutter": {"kind": "flat", "diameter": 10.0}}, "along Z it does not lie on a flank that leans"),
     (PAIR, {"impact": {"turns": 2}}, "discs of one profile at all heights"),
 ])  # fmt: skip
 def test_what_it_does_not_take_is_named(name: str, keys: dict[str, Any], said: str) -> None:
