@@ -138,7 +138,7 @@ def fine_samples(cam: Indexer, what: Callable[[Floats, Seat, float], Floats]) ->
             points = cam.motion.at(np.full(cam.motion.size, piece), steps)
             seat = cam.seat(points, np.array([[offset]]))
             for side in SIDES:
-                *ends, on = cam.held(points, seat, np.array([[offset]]), side, cam.touched)
+                *ends, on = cam.held(seat, side, cam.touched)
                 for end in ends:
                     best = np.maximum(best, np.where(on, what(end, seat, side), -np.inf).max(axis=0))
     return best
@@ -152,11 +152,12 @@ def test_extremes_are_found_where_walls_come_and_go(name: str, seed: int, law: s
     data["motion"] = (*data["motion"][:1], {**data["motion"][1], "law": law}, *data["motion"][2:])
     profile = from_data(data)
     variants = Variants(profile, columns)
-    cam = KINDS[profile.kind](variants, motion_of(variants), (), 1e-2)
+    figures = "flank.max_pressure_angle_deg", "flank.max_axis_pressure_angle_deg"
+    cam = KINDS[profile.kind](variants, motion_of(variants), figures, 1e-2)
     cam.refuse()
     exists = variants.refusals.none
     with np.errstate(all="ignore"):
-        for surface, mine in ((True, cam.angle(True)), (False, cam.angle(False))):
+        for surface, mine in ((True, cam.angle("angle")), (False, cam.angle("axis"))):
             fine = fine_samples(cam, partial(cam.tangent2, surface))
             assert mine[exists] == pytest.approx(np.degrees(np.arctan(np.sqrt(fine[exists]))), rel=1e-3)
         # One wall stands for both where halves of a move and walls are alike.

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import pi
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from camgeom.design.batch.legs import motion_reason
-from camgeom.design.batch.motion import Motion, Points, motion_figures
+from camgeom.design.batch.motion import Motion, Points, motion_figures, motion_of
 from camgeom.design.batch.variants import Variants, demand_of
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
@@ -62,6 +62,14 @@ def refused(profile: Profile, varied: Sequence[str]) -> str | None:
     if lifts.min() < -QUIET * lifts.max():
         return "a law that turns back: a roller passes the cam more than once"
     return motion_reason(profile, varied)
+
+
+def chunk_of(profile: Profile, columns: Mapping[str, Floats]) -> tuple[Variants, Motion]:
+    """The variants of a chunk, and their motion, broken where applied forces begin and end."""
+    every = Variants(profile, columns)
+    forces = profile.operation.force if profile.operation is not None else ()
+    cuts = tuple(angle for force in forces for angle in force.applied().breaks)
+    return every, motion_of(every, cuts, bool(forces))
 
 
 class Driven(ABC):

@@ -56,6 +56,8 @@ class Points:
         return Points(*(one.reshape(-1).take(places if one.shape[1] == size else places // size) for one in each))
 
 
+FIXED = "rows", "order", "moving", "_table", "_places", "_one_leg"
+"""what of a motion hangs on no variant"""
 Row = tuple[int, float, float]
 """A piece: the leg it is of, and its ends in the leg's own travel."""
 
@@ -77,13 +79,20 @@ class Motion:
 
     def of(self, rows: Ints) -> Motion:
         """That of these variants, each as often as it is named."""
-        return Motion(tuple(leg.of(rows) for leg in self.legs), len(rows), self.cuts, self.busy)
+        found = Motion(tuple(leg.of(rows) for leg in self.legs), len(rows), self.cuts, self.busy)
+        vars(found).update({name: getattr(self, name) for name in FIXED})
+        return found
 
     @cached_property
     def rows(self) -> tuple[Row, ...]:
         """All pieces, those that rest last."""
         every = [(k, low, high) for k, leg in enumerate(self.legs) for low, high in self._stretches(leg)]
         return tuple(sorted(every, key=lambda row: self._rests(row[0])))
+
+    @cached_property
+    def order(self) -> Ints:
+        """The pieces in the order of the cam angle."""
+        return np.array(sorted(range(len(self.rows)), key=lambda i: self.rows[i][:2]))
 
     def _rests(self, leg: int) -> bool:
         return self.legs[leg].shape.dwells and not self.busy
@@ -193,10 +202,10 @@ class Motion:
         return low, high - low, np.sign(self._table[1, :, FINE // 2])
 
     @cached_property
-    def _one_leg(self) -> Leg | None:
+    def _one_leg(self) -> int | None:
         """The leg of which all pieces that move are, if they are."""
         legs = {k for k, _, _ in self.rows[: self.moving]}
-        return self.legs[legs.pop()] if len(legs) == 1 else None
+        return legs.pop() if len(legs) == 1 else None
 
     def at(self, piece: Ints, j: Ints | Floats) -> Points:
         """The motion at fine steps, or between them, (k, n) of pieces (n,) or (k, n)."""
@@ -210,8 +219,8 @@ class Motion:
             f = [value + share * (one.take(flat) - value) for one, value in zip(tables, f)]
         low, span, sign = self._places
         place = low.take(piece) + span.take(piece) * np.clip(j / FINE, BESIDE, 1.0 - BESIDE)
-        leg = self._one_leg
-        if leg is not None and piece.max(initial=0) < self.moving:
+        if self._one_leg is not None and piece.max(initial=0) < self.moving:
+            leg = self.legs[self._one_leg]
             start, before, lift, width = leg.start, leg.before, leg.lift, leg.width
         else:
             start, before, lift, width = (one[piece, np.arange(self.size)] for one in self._of_legs)
@@ -234,12 +243,13 @@ class Motion:
         """The motion at cam angles (k, n), rad, of any turn."""
         begin, long, *_ = self._columns
         at = np.mod(theta, TURN)
-        piece, share = np.zeros(at.shape, dtype=np.intp), np.zeros(at.shape)
-        for i in range(len(self.rows)):
-            x = (at - begin[i]) / long[i]
-            mine = (x >= 0.0) & (x <= 1.0)
-            piece[mine], share[mine] = i, x[mine]
-        return self.at(piece, share * FINE)
+        place: Ints = np.zeros(at.shape, dtype=np.intp)
+        for i in self.order[1:].tolist():
+            place += at >= begin[i]
+        piece = self.order.take(place)
+        which = piece if begin.shape[2] == 1 else piece * self.size + np.arange(self.size)
+        share = (at - begin.reshape(-1).take(which)) / long.reshape(-1).take(which)
+        return self.at(piece, FINE * np.clip(share, 0.0, 1.0))
 
     def reached(self, lift: Floats) -> Points:
         """The motion at the fine step where it reaches lifts, mm or rad, (k, n), if it never turns back: (k, n)."""

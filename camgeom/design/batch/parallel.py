@@ -21,9 +21,9 @@ import numpy as np
 
 from camgeom.cams.parallel_index import DIAL_PLAY, ParallelIndex
 from camgeom.design.batch import Batch
-from camgeom.design.batch.driven import LOAD_FIGURES, LOADED, Driven, refused
+from camgeom.design.batch.driven import LOAD_FIGURES, LOADED, Driven, chunk_of, refused
 from camgeom.design.batch.legs import FINE, program_of
-from camgeom.design.batch.motion import Ints, Motion, Points, motion_figures, motion_of
+from camgeom.design.batch.motion import Ints, Motion, Points, motion_figures
 from camgeom.design.batch.plates import Ring, Walls, vars_of, walls
 from camgeom.design.batch.variants import Mask, Variants, path_of
 from camgeom.errors import DesignError
@@ -90,10 +90,7 @@ def supports(profile: Profile, varied: Sequence[str]) -> str | None:
 
 def kernel(profile: Profile, columns: Mapping[str, Floats], figures: Sequence[str], level: float) -> Batch:
     """The figures of one chunk of variants: all loads are shared as the exact model shares them, at every level."""
-    every = Variants(profile, columns)
-    forces = profile.operation.force if profile.operation is not None else ()
-    cuts = tuple(angle for force in forces for angle in force.applied().breaks)
-    motion = motion_of(every, cuts, bool(forces))
+    every, motion = chunk_of(profile, columns)
     values = {name: np.zeros(every.size) for name in figures}
     with np.errstate(all="ignore"):
         Plates(every, motion).refuse()
@@ -124,8 +121,12 @@ def kernel(profile: Profile, columns: Mapping[str, Floats], figures: Sequence[st
     return every.refusals.batch(values)
 
 
-Quantity = Callable[["Beside", Points], Floats]
-"""Something of the rollers beside their plates at points, (P, n)."""
+SPIKE = 10.0
+"""times the difference of neighbouring samples by which a largest quantity may stand above them"""
+HAIR = 1e-5
+"""share of itself by which a largest quantity is not looked for any further"""
+Quantity = Callable[["Plates", "Beside", Points], Floats]
+"""Something of the rollers of cams beside their plates at points, (P, n)."""
 
 
 @final
@@ -150,7 +151,10 @@ class Plates(Driven):
 
     def of(self, rows: Ints) -> Plates:
         """The cams of these variants."""
-        return Plates(self.variants.of(rows), self.motion.of(rows), tuple(one.of(rows) for one in self._walls))
+        found = Plates(self.variants.of(rows), self.motion.of(rows), tuple(one.of(rows) for one in self._walls))
+        if "stretches" in vars(self):
+            vars(found)["stretches"] = tuple(one.take(rows, axis=1) for one in self.stretches)
+        return found
 
     def refuse(self) -> None:
         """As `ParallelIndex.problems`."""
@@ -214,8 +218,8 @@ class Plates(Driven):
     def _exact(self, row: int) -> tuple[Walls, ...]:
         """The walls of one variant as the exact model finds them. Raises DesignError where it finds none."""
         profile = self.profile
-        for key, values in self.variants.columns.items():
-            profile = _with(profile, path_of(key), float(values[row]))
+        for key in self.variants.columns:
+            profile = _with(profile, path_of(key), float(self.variants.number(key)[row]))
         mechanism = profile.cam.mechanism(profile.setup())
         found = []
         for plate in range(self.plates):
@@ -289,30 +293,43 @@ class Plates(Driven):
         """The rollers at these."""
         return self.beside(self.points)
 
-    def largest(self, what: Quantity, values: Floats | None = None, finest: float = 1.0) -> Floats:
+    def largest(
+        self, what: Quantity, values: Floats | None = None, finest: float = 1.0, poles: bool = False
+    ) -> Floats:
         """Largest of a quantity (P, n) of the rollers beside their plates over the turn, (n,).
 
-        Where rollers come and go it may jump or be bent: it is looked for ever finer about the two best samples.
+        Where rollers come and go it may jump or be bent: it is looked for ever finer about the best samples, as long as
+        more may lie beside them than the largest found: as far above as they differ from their neighbours.
 
-        values  of the samples, where they are known; finest: of a piece's fine steps
+        values  of the samples, where they are known
+        finest  of a piece's fine steps
+        poles   whether it may have some between samples, of which neighbours tell nothing
         """
-        values = what(self.sampled, self.points) if values is None else values
-        whole = self.motion.moving * DENSE
+        values = what(self, self.sampled, self.points) if values is None else values
+        whole, one = self.motion.moving * DENSE, np.arange(self.motion.size)
         best, moving = values.max(axis=0), values[:whole]
         place, left, tops = np.arange(whole)[:, None], moving, list[Ints]()
         for _ in range(TOPS):
             tops.append(left.argmax(axis=0))
             left = np.where(np.abs(place - tops[-1]) > 2, left, -np.inf)
-        piece, step = np.array(tops) // DENSE, np.array(tops) % DENSE * float(STEP)
-        around, reach = np.arange(-PARTS, PARTS + 1.0), float(STEP)
-        while reach > finest:
-            steps = np.clip(step[:, None] + around[:, None] * (reach / PARTS), 0.0, FINE)
-            flat = steps.reshape(-1, self.motion.size)
-            points = self.motion.at(np.repeat(piece, len(around), axis=0), flat)
-            found = what(self.beside(points), points).reshape(steps.shape)
-            top = found.argmax(axis=1)
-            step = np.take_along_axis(steps, top[:, None], axis=1)[:, 0]
-            best = np.maximum(best, found.max(axis=(0, 1)))
+        piece, sample = np.divmod(np.array(tops), DENSE)
+        near = np.clip(sample, 1, DENSE - 2)
+        three = np.stack([moving[piece * DENSE + near + k, one] for k in (-1, 0, 1)])
+        top, variant = np.nonzero(poles | _more(three, best, SPIKE))
+        piece, step, reach = piece[top, variant], sample[top, variant] * float(STEP), float(STEP)
+        cams, around = self.of(variant), np.arange(-PARTS, PARTS + 1.0)[:, None]
+        while reach > finest and variant.size:
+            steps = np.clip(step + around * (reach / PARTS), 0.0, FINE)
+            points = cams.motion.at(np.broadcast_to(piece, steps.shape), steps)
+            found = what(cams, cams.beside(points), points)
+            np.maximum.at(best, variant, found.max(axis=0))
+            top, each = found.argmax(axis=0), np.arange(len(variant))
+            step = steps[top, each]
+            middle = np.clip(top, 1, 2 * PARTS - 1)
+            three = np.stack([found[middle + k, each] for k in (-1, 0, 1)])
+            rows = np.flatnonzero(poles | _more(three, best[variant]))
+            if len(rows) < len(variant):
+                piece, step, variant, cams = piece[rows], step[rows], variant[rows], cams.of(rows)
             reach /= PARTS
         return np.asarray(best)
 
@@ -320,7 +337,7 @@ class Plates(Driven):
     def angle(self) -> Floats:
         """Largest pressure angle, deg, at which the best placed roller has to drive or to hold; 90 where none can."""
 
-        def worst(beside: Beside, points: Points) -> Floats:
+        def worst(_: Plates, beside: Beside, points: Points) -> Floats:
             ways = (np.where(forth, beside.tangent, np.inf) for forth in (beside.lever < 0.0, beside.lever >= 0.0))
             return np.asarray(np.maximum(*(beside.rows(one, np.inf).min(axis=0) for one in ways)))
 
@@ -329,13 +346,13 @@ class Plates(Driven):
     @cached_property
     def bend(self) -> Floats:
         """Largest curvature of the pitch curves, 1/mm, convex positive."""
-        return self.largest(lambda beside, _: beside.rows(beside.bend, -np.inf).max(axis=0), finest=KEEN)
+        return self.largest(lambda _, beside, __: beside.rows(beside.bend, -np.inf).max(axis=0), finest=KEEN)
 
     # Load
 
-    def _pressed(self, beside: Beside, points: Points) -> tuple[Floats, Floats, Floats, Mask]:
+    def _pressed(self, beside: Beside, points: Points) -> tuple[Floats, Floats, Floats, Floats]:
         """Squares of the largest pressure, MPa², the largest force, N, and the square of the largest half-width by the
-        roller's radius, (P, n), and whether no roller bears."""
+        roller's radius, and the size of the torque where no roller bears, N mm, else 0, (P, n) each."""
         torque = np.broadcast_to(self.torque(points), beside.shape[1:]).reshape(-1)
         bears = np.flatnonzero((beside.lever < 0.0) == (torque >= 0.0)[beside.place])
         place, variant, lever = beside.place[bears], beside.variant[bears], np.abs(beside.lever[bears])
@@ -361,21 +378,21 @@ class Plates(Driven):
         wide = 4.0 * np.maximum(load, most) * pair / (pi * k * radius * radius)
         each = load * k / (pi * pair), load * length, wide
         square, force, wide = (beside.scattered(bears, one).max(axis=0) for one in each)
-        alone = (np.bincount(place, minlength=len(size)) == 0).reshape(beside.shape[1:])
-        return square, force, wide, alone & (size.reshape(alone.shape) > QUIET * self.most_torque)
+        idle = np.where(np.bincount(place, minlength=len(size)) == 0, size, 0.0)
+        return square, force, wide, idle.reshape(beside.shape[1:])
 
     def _each(self, values: Floats, variant: Ints) -> Floats:
         """A number of every one of these variants."""
         return values if len(values) == 1 else values.take(variant)
 
     @cached_property
-    def _sampled_load(self) -> tuple[Floats, Floats, Floats, Mask]:
+    def _sampled_load(self) -> tuple[Floats, Floats, Floats, Floats]:
         return self._pressed(self.sampled, self.points)
 
     @property
     def lost(self) -> Mask:
         """Whether no roller bears somewhere."""
-        return np.asarray(self._sampled_load[3].any(axis=0))
+        return np.asarray((self._sampled_load[3] > QUIET * self.most_torque).any(axis=0))
 
     @property
     def wide(self) -> Mask:
@@ -388,11 +405,8 @@ class Plates(Driven):
 
     def _most(self, which: Literal[0, 1, 2]) -> Floats:
         """Largest of the squares of the pressure, of the force on a roller, or of the squares of half-widths."""
-
-        def what(beside: Beside, points: Points) -> Floats:
-            return self._pressed(beside, points)[which]
-
-        return self.largest(what, self._sampled_load[which], SMOOTH)
+        return self.largest(lambda cams, beside, points: cams._pressed(beside, points)[which],
+                            self._sampled_load[which], SMOOTH, which == 2)  # fmt: skip
 
     @cached_property
     def square(self) -> Floats:
@@ -441,6 +455,13 @@ class Beside:
         found = np.zeros(self.shape)
         found.reshape(-1)[self.flat[rows]] = values
         return found
+
+
+def _more(three: Floats, best: Floats, times: float = 1.0) -> Mask:
+    """Whether beside the middle of three values (3, ...) there may be more than the largest found: as many times above
+    as they differ."""
+    most = three.max(axis=0)
+    return np.asarray(most + times * (most - three.min(axis=0)) > best + HAIR * np.abs(best))
 
 
 def _joined(one: Points, two: Points, size: int) -> Points:

@@ -25,6 +25,7 @@ from camgeom.design.batch.motion import Ints, Motion, Points
 from camgeom.design.batch.variants import Mask
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import TURN
 
 INNER: tuple[float, ...] = (-1.0,)
@@ -38,7 +39,7 @@ MORE = 8
 """samples that are put where a path turns most, in a round"""
 EFFORTS = ((INNER, 1.0, 0), (BOTH, 1.0, 5), (BOTH, 2.0, 12))
 """sides of the bands, times as many samples, and rounds of more of them, which are tried in turn"""
-AT_ONCE = 512
+AT_ONCE = 1024
 """variants whose paths are sampled at once"""
 BLOCK = 32
 """variants of which every sample is held against every other at once: the distances stay in the cache"""
@@ -104,11 +105,10 @@ class Ring:
     def jet(self, path: Ints, phi: Floats) -> tuple[Plane, Plane, Floats]:
         """Middles of rollers on paths (n,) at cam angles (n,), their velocities, and curvatures there."""
         points = self.motion.whenever(phi[None])
-        tau = points.s[0] + self.base + path * self.pitch + self.advance * np.floor(phi / TURN)
-        points = Points(*(np.broadcast_to(one, (1, len(phi)))[0] for one in vars_of(points)))
+        tau = points.s + self.base + path * self.pitch + self.advance * np.floor(phi / TURN)
         at, velocity, bend = self.moved(points, tau)
         turned = np.exp(-1j * phi)
-        return at * turned, velocity * turned, bend
+        return at[0] * turned, velocity[0] * turned, bend[0]
 
     def edge(self, path: Ints, side: Floats, phi: Floats) -> tuple[Plane, Plane]:
         """Points of the edges of bands at cam angles phi (n,), and their derivatives."""
@@ -268,18 +268,43 @@ def _covering(ring: Ring, on: Sampled, x: Plane) -> Ints:
     return found.reshape(x.shape)
 
 
-def _traced(ring: Ring, sides: tuple[float, ...], finer: float, rounds: int) -> Walls:
-    """The walls by samples; open where the corners do not meet."""
-    on, size = _bent(ring, _sampled(ring, finer), rounds), ring.motion.size
-    way = np.array(sides)[None, :, None, None]
+@final
+@immutable
+class _Bands:
+    """Edges of the bands at the samples, (n, sides, paths, L).
+
+    far, inside     distance from the cam's axis, mm, and whether that is on the disc
+    folded          whether the edge runs backwards
+    covered, over   whether a roller covers it, and the sample of the roller that reaches farthest over it
+    about, hand     where on its path that roller reaches farthest, rad, and on which side of the path the edge is then
+    """
+
+    on: Sampled
+    sides: tuple[float, ...]
+    far: Floats
+    inside: Mask
+    folded: Mask
+    covered: Mask
+    over: Ints
+    about: Floats
+    hand: Floats
+
+    @property
+    def free(self) -> Mask:
+        """Where the edges are walls, (n, sides and paths, L)."""
+        size, *_, length = self.far.shape
+        return np.asarray((self.inside & ~self.folded & ~self.covered).reshape(size, -1, length))
+
+
+def _bands(ring: Ring, on: Sampled, sides: tuple[float, ...]) -> _Bands:
+    """The edges on these sides."""
+    way, size = np.array(sides)[None, :, None, None], ring.motion.size
     middle, velocity, bend = (one[:, None] for one in (on.middle, on.velocity, on.bend))
     tool, rim = ring.tool[:, None, None, None], ring.rim[:, None, None, None]
     pace = np.maximum(np.abs(velocity), 1e-12)
     x = np.asarray(middle + way * tool * 1j * velocity / pace, dtype=np.complex128)
     length, paths = x.shape[3], x.shape[2]
-    far = np.abs(x)
-    inside, folded = far <= rim, way * tool * bend >= 1.0
-    over = _covering(ring, on, x)
+    far, over = np.abs(x), _covering(ring, on, x)
     flat = over.reshape(size, -1)
 
     def picked(values: NDArray[S]) -> NDArray[S]:
@@ -295,80 +320,120 @@ def _traced(ring: Ring, sides: tuple[float, ...], finer: float, rounds: int) -> 
     same = over // length == np.arange(paths)[:, None]
     step = np.where((np.abs(step) < NEAREST) & ~(same & (np.abs(ahead + step - on.phi[:, None]) < APART)), step, 0.0)
     covered = np.abs(off) ** 2 - along * step < tool * tool * (1.0 - UNDER)
-    free = (inside & ~folded & ~covered).reshape(size, -1, length)
-    padded = np.zeros((size, free.shape[1], length + 2), dtype=bool)
+    return _Bands(on, sides, far, far <= rim, way * tool * bend >= 1.0, covered, over, ahead + step, np.sign(across))
+
+
+@final
+@immutable
+class _Edges:
+    """Runs of samples at which an edge is a wall, (E,), variant by variant: row of sides and paths, first and last
+    sample.
+
+    shape  (n, sides and paths, L)
+    """
+
+    shape: tuple[int, int, int]
+    variant: Ints
+    row: Ints
+    begin: Ints
+    last: Ints
+
+    @cached_property
+    def first(self) -> Ints:
+        """Number of each variant's first one, (n,)."""
+        return np.asarray(np.searchsorted(self.variant, np.arange(self.shape[0])))
+
+    def table(self, values: NDArray[S], empty: complex) -> NDArray[S]:
+        """Values (E,) by variant and the rank among its own."""
+        rank = np.arange(len(self.variant)) - self.first[self.variant]
+        whole = np.full((self.shape[0], int(rank.max(initial=-1)) + 1), empty, dtype=values.dtype)
+        whole[self.variant, rank] = values
+        return whole
+
+    def nearest(self, far: Floats) -> Ints:
+        """Rank of the edge of every variant, (n,), that comes nearest to the axis: at these distances, (n, ...)."""
+        size, rows, length = self.shape
+        position, place = self.row * length + self.begin, far.reshape(size, -1).argmin(axis=1)
+        # The last one that begins before the place.
+        every = self.variant * (rows * length) + position
+        rank = np.searchsorted(every, np.arange(size) * (rows * length) + place, "right") - 1 - self.first
+        return np.maximum(rank, 0)
+
+
+def _edges(free: Mask) -> _Edges:
+    size, rows, length = free.shape
+    padded = np.zeros((size, rows, length + 2), dtype=bool)
     padded[:, :, 1:-1] = free
     variant, row, begin = np.nonzero(padded[:, :, 1:] & ~padded[:, :, :-1])
     _, _, end = np.nonzero(padded[:, :, :-1] & ~padded[:, :, 1:])
-    last = end - 1
-    # Rank of an edge among those of its variant, and of the one that comes nearest to the shaft.
-    first, many = np.searchsorted(variant, np.arange(size)), np.bincount(variant, minlength=size)
-    rank, most = np.arange(len(variant)) - first[variant], int(many.max(initial=0))
-    cut = np.concatenate([begin == 0, last == length - 1])
-    nearest = np.where(free.reshape(size, -1), far.reshape(size, -1), np.inf).argmin(axis=1)
-    position = row * length + begin
-    # Of every variant the last edge that begins before the place.
-    whole = free[0].size
-    start = np.searchsorted(variant * whole + position, np.arange(size) * whole + nearest, "right") - 1 - first
-    start = np.maximum(start, 0)
-    side, path = np.array(sides)[row // paths], row % paths
-    twice = np.tile(variant, 2)
-    cams = ring.of(twice)
-    edge = _Ends(
-        cams, np.tile(path, 2), np.tile(side, 2),
-        *(np.concatenate(pair) for pair in (
-            (_at(on.phi, variant, path, begin), _at(on.phi, variant, path, last)),
-            (_at(on.phi, variant, path, begin - 1), _at(on.phi, variant, path, last + 1)),
-        )),
-    )  # fmt: skip
-    closed = np.clip(np.concatenate([begin - 1, last + 1]), 0, length - 1)
-    which = (twice, np.tile(row // paths, 2), np.tile(path, 2), closed)
-    other = over[which]
-    crossed, by, about, hand = covered[which], other // length % paths, (ahead + step)[which], np.sign(across[which])
-    # Where its edge folds a band crosses itself beyond the fold.
-    itself = folded[which] & ~crossed & inside[which]
-    by, hand = np.where(itself, edge.path, by), np.where(itself, edge.side, hand)
-    about = np.where(itself, 2.0 * edge.beyond - edge.within, about)
-    phi, point, on_rim, stray = edge.solved(~inside[which], crossed | itself, by, about, hand)
-    if len(sides) == 1:
-        stray |= crossed & ~on_rim & (hand != sides[0])
-    half = len(variant)
-    point = np.where(stray | cut, np.nan, point)
-    # An edge is travelled with the material on its left.
-    one, forth_ = np.arange(half), side > 0.0
-    go, come = np.where(forth_, one + half, one), np.where(forth_, one, one + half)
+    return _Edges((size, rows, length), variant, row, begin, end - 1)
 
-    def table(values: NDArray[S], empty: complex) -> NDArray[S]:
-        whole = np.full((size, most), empty, dtype=values.dtype)
-        whole[variant, rank] = values
-        return whole
+
+def _traced(ring: Ring, sides: tuple[float, ...], finer: float, rounds: int) -> Walls:
+    """The walls by samples; open where the corners do not meet."""
+    on = _bent(ring, _sampled(ring, finer), rounds)
+    bands = _bands(ring, on, sides)
+    free = bands.free
+    edges, size = _edges(free), ring.motion.size
+    side, path = np.array(sides)[edges.row // ring.paths], edges.row % ring.paths
+    phi, point, on_rim = _ended(ring, bands, edges)
+    # An edge is travelled with the material on its left.
+    half, forth = len(side), side > 0.0
+    one = np.arange(half)
+    go, come = np.where(forth, one + half, one), np.where(forth, one, one + half)
 
     def ends() -> tuple[Plane, Plane, Mask, Mask]:
-        return (table(point[go], np.nan), table(point[come], np.nan), table(on_rim[go], False),
-                table(on_rim[come], False))  # fmt: skip
+        return (edges.table(point[go], np.nan), edges.table(point[come], np.nan), edges.table(on_rim[go], False),
+                edges.table(on_rim[come], False))  # fmt: skip
 
-    which_, p, q = np.nonzero(_before_rim(*ends(), ring.rim)) if most else np.zeros((3, 0), dtype=np.intp)
-    if which_.size:
-        p, q = go[first[which_] + p], come[first[which_] + q]
-        at, psi, x, met = _meet(ring.of(which_), edge.path[p], edge.side[p], phi[p], edge.path[q], edge.side[q], phi[q])
+    which, p, q = np.nonzero(_before_rim(*ends(), ring.rim)) if half else np.zeros((3, 0), dtype=np.intp)
+    if which.size:
+        p, q = go[edges.first[which] + p], come[edges.first[which] + q]
+        paths, hands = np.tile(path, 2), np.tile(side, 2)
+        at, psi, x, met = _meet(ring.of(which), paths[p], hands[p], phi[p], paths[q], hands[q], phi[q])
         met &= (np.abs(at - phi[p]) < APART) & (np.abs(psi - phi[q]) < APART)
         for rows, values in ((p[met], at[met]), (q[met], psi[met])):
             phi[rows], point[rows], on_rim[rows] = values, x[met], False
         point[p[~met]] = np.nan
     low, high = phi[:half], phi[half:]
     point = np.where(np.tile(high <= low, 2), np.nan, point)
+    start = edges.nearest(np.where(free, bands.far.reshape(free.shape), np.inf))
     chain = _followed(*ends(), start, ring.rim, on.middle.reshape(size, -1), ring.tool)
-    # Where a path turns sharply round a wall between two samples of it the band may cross itself there, unseen.
-    turn = np.abs(np.angle(on.velocity[:, :, 1:] * np.conj(on.velocity[:, :, :-1])))
-    bent = (way * tool * bend > ROUND).reshape(free.shape)
-    there = (bent[:, :, 1:] | bent[:, :, :-1]) & free[:, :, 1:] & free[:, :, :-1]
-    chain &= ((np.tile(turn, (1, len(sides), 1)) * there).max(axis=(1, 2)) <= SHARP)[:, None]
-    every = [np.where(chain, table(one, 0.0), 0.0).T for one in (ring.base + ring.pitch * path, side, low, high)]
+    chain &= ~_sharp(ring, bands, free)[:, None]
+    every = [np.where(chain, edges.table(one, 0.0), 0.0).T for one in (ring.base + ring.pitch * path, side, low, high)]
     return Walls(np.array(every), np.asarray(~chain.any(axis=1)))
 
 
-def _at(values: Floats, variant: Ints, path: Ints, place: Ints) -> Floats:
-    return np.asarray(values[variant, path, np.clip(place, 0, values.shape[2] - 1)])
+def _ended(ring: Ring, bands: _Bands, edges: _Edges) -> tuple[Floats, Plane, Mask]:
+    """Cam angles of the beginnings of edges and then of their ends, (2 E,), the points, NaN where none was found, and
+    whether they are on the rim."""
+    on, sides, length = bands.on, np.array(bands.sides), edges.shape[2]
+    twice, row = np.tile(edges.variant, 2), np.tile(edges.row, 2)
+    side, path = sides[row // ring.paths], row % ring.paths
+    within = np.concatenate([edges.begin, edges.last])
+    beyond = np.clip(np.concatenate([edges.begin - 1, edges.last + 1]), 0, length - 1)
+    edge = _Ends(ring.of(twice), path, side, on.phi[twice, path, within], on.phi[twice, path, beyond])
+    which = (twice, row // ring.paths, path, beyond)
+    crossed, hand, about = bands.covered[which], bands.hand[which], bands.about[which]
+    by, inside = bands.over[which] // length % ring.paths, bands.inside[which]
+    # Where its edge folds a band crosses itself beyond the fold.
+    itself = bands.folded[which] & ~crossed & inside
+    by, hand = np.where(itself, path, by), np.where(itself, side, hand)
+    about = np.where(itself, 2.0 * edge.beyond - edge.within, about)
+    phi, point, on_rim, stray = edge.solved(~inside, crossed | itself, by, about, hand)
+    if len(sides) == 1:
+        stray |= crossed & ~on_rim & (hand != sides[0])
+    return phi, np.where(stray | (within == beyond), np.nan, point), on_rim
+
+
+def _sharp(ring: Ring, bands: _Bands, free: Mask) -> Mask:
+    """Whether a path turns sharply round a wall between two samples of it, (n,): the band may cross itself there,
+    unseen."""
+    velocity, way = bands.on.velocity, np.array(bands.sides)[:, None, None]
+    turn = np.abs(np.angle(velocity[:, :, 1:] * np.conj(velocity[:, :, :-1])))
+    bent = (way * ring.tool[:, None, None, None] * bands.on.bend[:, None] > ROUND).reshape(free.shape)
+    there = (bent[:, :, 1:] | bent[:, :, :-1]) & free[:, :, 1:] & free[:, :, :-1]
+    return np.asarray((np.tile(turn, (1, len(bands.sides), 1)) * there).max(axis=(1, 2)) > SHARP)
 
 
 def _before_rim(goes: Plane, comes: Plane, leaves: Mask, enters: Mask, rim: Floats) -> Mask:
@@ -431,6 +496,19 @@ def _followed(
     return np.asarray(chain & closed[:, None])
 
 
+def _under(cams: Ring, x: Plane, path: Ints, near: Floats) -> tuple[Mask, Floats, Floats]:
+    """Whether rollers on paths cover points (n,), the cam angles nearby at which they reach farthest over them, and on
+    which side of the paths the points are."""
+    for _ in range(NEAREST_OF):
+        at, velocity, bend = cams.jet(path, near)
+        off, quick = x - at, np.maximum(np.abs(velocity), 1e-12)
+        stiff = quick * quick - bend * quick * (np.conj(velocity) * off).imag
+        move = (np.conj(velocity) * off).real / np.where(stiff > 0.0, stiff, np.inf)
+        near = near + np.clip(move, -NEAREST, NEAREST)
+    off = x - cams.jet(path, near)[0]
+    return np.abs(off) < cams.tool * (1.0 - 0.5 * UNDER), near, np.sign((np.conj(velocity) * off).imag)
+
+
 @final
 @immutable
 class _Ends:
@@ -455,7 +533,7 @@ class _Ends:
         stray = np.ones(len(phi), dtype=bool)
         rows = np.flatnonzero(covered)
         if rows.size:
-            at, x, met = self._crossings(rows, other[rows], about[rows], across[rows])
+            at, x, met = self._crossings(rows, outside[rows], other[rows], about[rows], across[rows])
             phi[rows], point[rows], stray[rows] = at, x, ~met
         rows = np.flatnonzero(outside & stray)
         if rows.size:
@@ -469,13 +547,20 @@ class _Ends:
         share = (phi - self.within[rows]) / np.where(step == 0.0, 1.0, step)
         return np.asarray((share > -1.0) & (share < 1.5))
 
-    def _crossings(self, rows: Ints, other: Ints, psi: Floats, across: Floats) -> tuple[Floats, Plane, Mask]:
+    def _crossings(
+        self, rows: Ints, outside: Mask, other: Ints, psi: Floats, across: Floats
+    ) -> tuple[Floats, Plane, Mask]:
         """Where edges cross the other's edge: by Newton's method alone, else from where the other's rollers cover it.
         """
         cams, path, side = self.cams.of(rows), self.path[rows], self.side[rows]
         phi, _, x, met = _meet(cams, path, side, 0.5 * (self.within[rows] + self.beyond[rows]), other, across, psi)
         met &= self._between(rows, phi)
-        some = np.flatnonzero(~met)
+        # Where an edge comes to the rim uncovered there is none before it.
+        some = np.flatnonzero(~met & outside)
+        if some.size:
+            _, at, found = self._on_rim(rows[some])
+            outside[some] = found & ~_under(cams.of(some), at, other[some], psi[some])[0]
+        some = np.flatnonzero(~met & ~outside)
         if some.size:
             about = cams.of(some)
             begun, psi, across = self._bisected(rows[some], about, path[some], side[some], other[some], psi[some])
@@ -492,18 +577,8 @@ class _Ends:
         across = side
         for _ in range(HALVINGS):
             phi = 0.5 * (free + under)
-            x, _ = cams.edge(path, side, phi)
-            near = psi
-            for _ in range(NEAREST_OF):
-                at, velocity, bend = cams.jet(other, near)
-                off, quick = x - at, np.maximum(np.abs(velocity), 1e-12)
-                stiff = quick * quick - bend * quick * (np.conj(velocity) * off).imag
-                move = (np.conj(velocity) * off).real / np.where(stiff > 0.0, stiff, np.inf)
-                near = near + np.clip(move, -NEAREST, NEAREST)
-            off = x - cams.jet(other, near)[0]
-            covered = np.abs(off) < cams.tool * (1.0 - 0.5 * UNDER)
-            psi = np.where(covered, near, psi)
-            across = np.where(covered, np.sign((np.conj(velocity) * off).imag), across)
+            covered, near, hand = _under(cams, cams.edge(path, side, phi)[0], other, psi)
+            psi, across = np.where(covered, near, psi), np.where(covered, hand, across)
             free, under = np.where(covered, free, phi), np.where(covered, phi, under)
         return 0.5 * (free + under), psi, across
 

@@ -71,8 +71,8 @@ class Sharing:
         side = np.broadcast_to(self.cam.pushing * np.copysign(1.0, torque), shape)
         roller, sample, seat, held = self._held_at(points, offsets, side, surveyed)
         # From here on only rollers that bear, (N,).
-        each = np.flatnonzero(held[2])
-        row, variant = np.divmod(each, size)
+        row, variant = np.nonzero(held[2])
+        each = row * size + variant
         cam, place, seat = self.cam.of(variant), sample[row] * size + variant, seat.flat(each, size)
         begin, stop, side = held[0].reshape(-1)[each], held[1].reshape(-1)[each], side.reshape(-1)[place]
         cover = (stop - begin) / 6.0
@@ -113,25 +113,22 @@ class Sharing:
         """Which rollers at offsets are beside the cam at which points, (m,), as they stand there, and what the walls on
         the sides (P, n) have of them."""
         if surveyed:
-            _, rows, _, seat, _ = self.cam.surveyed
-            roller, sample = np.divmod(rows, len(points.s))
-            walls, forth = self.cam.walls[False], side[sample] > 0.0
+            found = self.cam.surveyed
+            walls, forth = self.cam.walls[False], side[found.sample] > 0.0
             begin, stop, on = (np.where(forth, one, other) for one, other in zip(walls[1.0], walls[-1.0]))
-            return roller, sample, seat, (begin, stop, on)
+            return found.every, found.sample, found.seat, (begin, stop, on)
         roller, sample = np.nonzero(self.cam.beside(points, offsets, self.cam.clear))
-        near, at = points.of(sample), offsets[roller][:, None]
-        seat = self.cam.seat(near, at)
-        return roller, sample, seat, self.cam.held(near, seat, at, side[sample], self.cam.touched)
+        seat = self.cam.seat(points.of(sample), offsets[roller][:, None])
+        return roller, sample, seat, self.cam.held(seat, side[sample], self.cam.touched)
 
     def share(self, points: Points, offsets: Floats) -> tuple[Floats, Floats, Floats]:
         """The same three with slices that approach alike by their own flexibility, as the exact model has them."""
         torque, shape = self.cam.torque(points), points.s.shape
         side = np.where(torque >= 0.0, self.cam.pushing, -self.cam.pushing)
-        everywhere = offsets[:, None, None]
-        held = self.cam.held(points, self.cam.seat(points, everywhere), everywhere, side, self.cam.touched)
+        held = self.cam.held(self.cam.seat(points, offsets[:, None, None]), side, self.cam.touched)
         # From here on only rollers that bear, (N,), and their slices, (SLICES, N).
-        roller, place = np.nonzero(held[2].reshape(len(offsets), -1))
-        cam = self.cam.of(place % shape[1])
+        roller, row, variant = np.nonzero(held[2])
+        cam, place = self.cam.of(variant), row * shape[1] + variant
         near, side, size = points.flat(place, shape[1]), side.reshape(-1)[place], np.abs(torque).reshape(-1)
         begin, stop = (end.reshape(len(offsets), -1)[roller, place] for end in held[:2])
         edges = cam.low + (cam.length / SLICES) * np.arange(SLICES + 1.0)[:, None]
@@ -240,7 +237,7 @@ class Sharing:
             between = 0.5 * (low + high)
             points = motion.at(piece, between)
             side = np.where(self.cam.torque(points) >= 0.0, self.cam.pushing, -self.cam.pushing)
-            begin, stop, on = self.cam.held(points, self.cam.seat(points, at), at, side, self.cam.touched)
+            begin, stop, on = self.cam.held(self.cam.seat(points, at), side, self.cam.touched)
             if middle:
                 first, last = _inner(self.cam, begin, stop)
                 on &= first < last

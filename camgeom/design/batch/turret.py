@@ -24,17 +24,16 @@ import numpy as np
 from camgeom.cams._turret import TurretKeys
 from camgeom.cams.globoidal import Globoidal
 from camgeom.design.batch import Batch
-from camgeom.design.batch.driven import LOAD_FIGURES, LOADED, refused
+from camgeom.design.batch.driven import LOAD_FIGURES, LOADED, chunk_of, refused
 from camgeom.design.batch.indexer import Ends, Indexer, Line, Seat
-from camgeom.design.batch.motion import motion_figures, motion_of
-from camgeom.design.batch.variants import Variants
+from camgeom.design.batch.motion import motion_figures
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 
 if TYPE_CHECKING:
     from camgeom.profile import Profile
 
-CHUNK = 1024
+CHUNK = 1536
 
 GEOMETRY = (
     "motion.stroke_deg",
@@ -67,10 +66,7 @@ def supports(profile: Profile, varied: Sequence[str]) -> str | None:
 
 def kernel(profile: Profile, columns: Mapping[str, Floats], figures: Sequence[str], level: float) -> Batch:
     """The figures of one chunk of variants."""
-    every = Variants(profile, columns)
-    forces = profile.operation.force if profile.operation is not None else ()
-    cuts = tuple(angle for force in forces for angle in force.applied().breaks)
-    motion = motion_of(every, cuts, bool(forces))
+    every, motion = chunk_of(profile, columns)
     with np.errstate(all="ignore"):
         cam = KINDS[profile.kind](every, motion, figures, level)
         cam.refuse()
@@ -212,11 +208,17 @@ class Globoid(Indexer):
         wide = high - low
 
         def root(which: Callable[..., tuple[Floats, ...]], at_low: Floats, at_high: Floats, level: Floats) -> Floats:
-            slope = (at_high - at_low) / wide
-            slope = np.where(np.abs(slope) > 1e-12, slope, 1e-12)
-            x = np.clip(low + (level - at_low) / slope, low, high)
-            x = x + (level - which(seat, r, x)[0]) / slope
-            return np.clip(x, low, high)
+            slope = at_high - at_low
+            slope /= wide
+            slope[np.abs(slope) <= 1e-12] = 1e-12
+            x = level - at_low
+            x /= slope
+            x += low
+            np.minimum(np.maximum(x, low, out=x), high, out=x)
+            left = np.subtract(level, which(seat, r, x)[0])
+            left /= slope
+            x += left
+            return np.minimum(np.maximum(x, low, out=x), high, out=x)
 
         begin = np.where(near >= outside, low, root(self._place, near, far, outside))
         stop = np.where(far >= outside, high, low)
@@ -358,11 +360,11 @@ class Barrel(Indexer):
 
 KINDS: dict[str, type[Globoid] | type[Barrel]] = {"globoidal": Globoid, "cylindrical-index": Barrel}
 FIGURES: dict[str, Callable[[Indexer], Floats]] = {
-    "flank.max_pressure_angle_deg": lambda i: i.angle(True),
-    "flank.max_axis_pressure_angle_deg": lambda i: i.angle(False),
+    "flank.max_pressure_angle_deg": lambda i: i.angle("angle"),
+    "flank.max_axis_pressure_angle_deg": lambda i: i.angle("axis"),
     "flank.pitch_radius_mm": lambda i: i.quoted,
-    "flank.pitch_pressure_angle_deg": lambda i: i.angle(True, quoted=True),
+    "flank.pitch_pressure_angle_deg": lambda i: i.angle("quoted"),
     "flank.undercut_margin": lambda i: i.margin,
-    "flank.min_relative_radius_mm": lambda i: np.maximum(-i.relative_radius(-1.0), 0.0),
-    "checks.relative-curvature": lambda i: 1.0 / i.relative_radius(1.0),
+    "flank.min_relative_radius_mm": lambda i: np.maximum(-i.largest["convex"], 0.0),
+    "checks.relative-curvature": lambda i: 1.0 / i.largest["hollow"],
 }

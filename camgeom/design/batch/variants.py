@@ -118,12 +118,16 @@ def _field(profile: Profile, key: str) -> FieldInfo | None:
 
 
 class Variants:
-    """A profile with some of its keys varied: a number (1,) where a key is not varied, (n,) where it is."""
+    """A profile with some of its keys varied: a number (1,) where a key is not varied, (n,) where it is.
+
+    rows  which of the columns' values are theirs, (n,); None: all
+    """
 
     def __init__(self, profile: Profile, columns: Mapping[str, Floats]) -> None:
         self.profile = profile
         self.columns = {key: np.asarray(values, dtype=np.float64) for key, values in columns.items()}
         self.size = len(next(iter(self.columns.values())))
+        self.rows: NDArray[np.intp] | None = None
         self.refusals = Refusals(self.size)
         for key, values in self.columns.items():
             self.refusals.add(_beyond(profile, key, values), f"{key}: out of range")
@@ -131,7 +135,8 @@ class Variants:
     def of(self, rows: NDArray[np.intp]) -> Variants:
         """These variants, each as often as it is named, without their reasons."""
         found = copy(self)
-        found.columns = {key: values[rows] for key, values in self.columns.items()}
+        # Columns are taken when they are asked for: few are.
+        found.rows = rows if self.rows is None else self.rows.take(rows)
         found.size, found.refusals = len(rows), Refusals(len(rows))
         return found
 
@@ -145,7 +150,7 @@ class Variants:
     def optional(self, key: str) -> Floats | None:
         """The same; None where the profile leaves it out and it is not varied."""
         if key in self.columns:
-            return self.columns[key]
+            return self.columns[key] if self.rows is None else self.columns[key].take(self.rows)
         value = value_of(self.profile, key)
         return None if value is None else np.array([float(value)])
 
