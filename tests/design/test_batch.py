@@ -222,6 +222,37 @@ def test_what_samples_cannot_tell_is_asked_of_the_exact_outline(monkeypatch: pyt
         assert values == pytest.approx(traced.figures[name], rel=1e-5), name
 
 
+@pytest.mark.parametrize(
+    ("data", "values"),
+    [
+        # A contact wider than its roller, of which neighbouring samples tell nothing.
+        (plates(law="cycloidal"), (134.0202709, 222.1891993, 12.77556113, 0.01658566029, 76.74444637, 0.9865649376,
+                                   25.5647408, 273.703125, 153.4856534, 7851.343006)),
+        # A band that is bent most beside where its roller comes: the margin against undercut was 2e-3 too large.
+        (plates(rollers=16, count=4, law="modified-trapezoid"),
+         (144.5266646, 221.1439956, 17.50166191, 0.003814769392, 82.13681973, 0.1140714056,
+          18.290932, 308.2554203, 189.0641519, 1048.38303)),
+    ],
+)  # fmt: skip
+def test_what_stands_between_samples_of_plates_is_found(data: Data, values: tuple[float, ...]) -> None:
+    """As at every quarter of a fine step."""
+    data["cam"]["direction"] = "ccw"
+    keys = ("cam.center_distance", "cam.diameter", "cam.width", "cam.running_clearance", "follower.pitch_radius",
+            "follower.inertia", "roller.diameter", "motion[1].until", "operation.speed", "operation.friction")
+    every = cams(data, {key: np.array([value]) for key, value in zip(keys, values, strict=True)})
+    walls, words = every.walled()
+    assert words == [""]
+    found = Plates(every.variants, every.motion, walls)
+    steps, bend, wide = np.arange(0.0, FINE + 0.1, 0.25)[:, None], -np.inf, 0.0
+    for piece in range(found.motion.moving):
+        points = found.motion.at(np.full(steps.shape, piece), steps)
+        beside = found.beside(points)
+        bend = max(bend, beside.bend.max())
+        wide = max(wide, found._pressed(beside, points)[2].max())
+    assert found.bend[0] >= bend * (1.0 - 2e-5)
+    assert bool(found.wide[0]) is bool(wide > 1.0) is (data["cam"]["plates"] == 2)
+
+
 def test_where_no_roller_bears_is_told() -> None:
     """A disc so small that no roller of either ring is beside its plate at some cam angle, as the exact model says."""
     data = plates()
