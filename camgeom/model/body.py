@@ -7,11 +7,12 @@ from weakref import ref
 
 import numpy as np
 
-from camgeom.errors import DesignError
+from camgeom.errors import DesignError, NotConverged
 from camgeom.immutable import immutable
 from camgeom.maths.frozen import frozen
 from camgeom.model.facts import Ledger, Sealed, fact
 from camgeom.profile import Profile
+from camgeom.solid import UNION
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from camgeom.solid.mechanism import Mechanism
 
 
+FEWEST = "output.fewest_triangles"
 WEIGHED = 1e-5
 """share of a turret's radius: chord error of the meshes that it is weighed by, which loses 3e-5 of its inertia"""
 MILLI = 1e-3
@@ -105,12 +107,34 @@ class Body(Sealed):
             refuse_overlap(part, solid)
         return solids
 
+    @fact
+    def gridded(self) -> tuple[Solid, ...]:
+        """The bodies, each as one regular grid: its rows carry results on flanks, of which the fewest triangles have
+        no vertices between their edges."""
+        if not self._few or self.solids[0].method == UNION:
+            return self.solids
+        return tuple(part.solid(self.tolerance, self._free) for part in self.parts)
+
+    @property
+    def _few(self) -> bool:
+        """Whether bodies are to have the fewest triangles, where that can be made."""
+        asked, seen = self.profile.output.fewest_triangles, self.bindings[0]
+        return FEWEST not in seen.cam.idle(seen.setup) if asked is None else asked
+
     def _made(self, part: Part) -> Solid:
-        if not self.profile.output.fewest_triangles:
+        if not self._few:
             return part.solid(self.tolerance, self._free)
         from camgeom.solid.fewest import fewest
+        from camgeom.solid.lands import NotOneSurface
 
-        return fewest(part, self.tolerance, self._free)
+        try:
+            return fewest(part, self.tolerance, self._free)
+        except (NotOneSurface, NotConverged) as error:
+            if self.profile.output.fewest_triangles is None:
+                return part.solid(self.tolerance, self._free)
+            if isinstance(error, NotConverged):
+                raise
+            raise DesignError(f"{error}: leave out output.fewest_triangles, the body is cut by a boolean") from error
 
     def _undercut_solid(self) -> Solid | None:
         """What the tools really leave of an undercut drum; None for other cams."""

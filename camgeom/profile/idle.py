@@ -156,7 +156,8 @@ def _stated(profile: Profile, key: str) -> object:
         if not isinstance(here, BaseModel) or name not in here.model_fields_set:
             return None
         value = getattr(here, name)
-        if value == type(here).model_fields[name].default:
-            return None
+        default = type(here).model_fields[name].default
+        if value == default or (default is None and value is False):
+            return None  # Whoever turns off what is not there asks for nothing else.
         here = value
     return here

@@ -178,9 +178,10 @@ class Output(Section):
         None, description="deg, cam angle of the load in volume files and of the body's stress; default: where the "
         "contact force over the squared thickness of the wall behind it is largest"
     )
-    fewest_triangles: bool = Field(
-        False, description="mesh a drum, an end face or an indexing cam with about half to three quarters of the "
-        "triangles, in two to four times the time"
+    fewest_triangles: bool | None = Field(
+        None, description="drums, end faces and indexing cams are meshed with rows and columns that follow each face's "
+        "curvature; default wherever that can be made, true refuses what cannot. false: one regular grid, in a third "
+        "to a half of the time with up to twice the triangles"
     )
     undercut_solid: bool = Field(
         False, description="make the body of an undercut drum all the same, from many roller positions; slow, rough"

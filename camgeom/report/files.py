@@ -124,7 +124,7 @@ def _coloured(model: Model) -> list[NamedMesh]:
     from camgeom.report.sections.mechanism import fields
 
     rows = pressed_rows(model)
-    meshes = [(solid.name, rowed(solid.mesh, rows, "flank")) for solid in model.solids]
+    meshes = [(solid.name, rowed(solid.mesh, rows, "flank")) for solid in model.body.gridded]
     found = [fields(model, mesh) for _, mesh in meshes]
     named = {RESULTS[key]: key for key in found[0] if all(key in each for each in found)}
     bodies = [

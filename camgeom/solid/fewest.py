@@ -13,7 +13,7 @@ from math import ceil, sqrt
 
 import numpy as np
 
-from camgeom.errors import DesignError, NotConverged
+from camgeom.errors import NotConverged
 from camgeom.maths import Floats
 from camgeom.maths.banded import Band, Banded, banded
 from camgeom.maths.sampling import TURN, Strip, subdivided_knots
@@ -66,19 +66,16 @@ def fewest(part: Part, tolerance: float, free: float | None = None) -> Solid:
 
 
 def _turret(body: IndexingCut, tolerance: float, free: float | None) -> Solid:
-    """Of both forms the one with fewer triangles, for lands between long chords of rims may take more.
+    """Of both forms the one with fewer triangles: lands between long chords of rims may take more.
 
-    Raises DesignError where grooves and lands are not one surface, which a boolean cuts with no fewer triangles.
+    Raises NotOneSurface where grooves and lands are not one, which a boolean cuts with no fewer triangles.
     """
-    try:
-        plain = body.direct(tolerance, free)
-    except NotOneSurface as error:
-        raise DesignError(f"{error}: leave out output.fewest_triangles, the body is cut by a boolean") from error
+    plain = body.direct(tolerance, free)
     try:
         few = body.direct(tolerance, free, mesher=turret_grooves)
     except (NotOneSurface, NotConverged):
         return plain
-    return min((few, plain), key=lambda solid: len(solid.mesh.faces))
+    return few if few.chord_error <= tolerance and len(few.mesh.faces) < len(plain.mesh.faces) else plain
 
 
 def turret_grooves(

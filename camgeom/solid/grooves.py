@@ -51,7 +51,11 @@ class GroovedDrum(QuickPart):
 
     def fits(self) -> bool:
         """True where every groove stays inside both end faces and none reaches into the next one."""
-        return all(ring.fits() for ring in self.rings) and all(land.thickness > 0.0 for land in self.lands)
+        return self._inside and all(land.thickness > 0.0 for land in self.lands)
+
+    @cached_property
+    def _inside(self) -> bool:
+        return all(ring.fits() for ring in self.rings)
 
     @cached_property
     def lands(self) -> tuple[Wall, ...]:
@@ -77,7 +81,7 @@ class GroovedDrum(QuickPart):
 
     def refuse_overlap(self) -> None:
         """DesignError where a groove runs out of an end face or into the next one."""
-        if not all(ring.fits() for ring in self.rings):
+        if not self._inside:
             raise DesignError("a groove runs out of an end face, so the body is not one closed grid")
         for land in self.lands:
             if land.thickness <= 0.0:

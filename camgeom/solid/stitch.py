@@ -15,6 +15,7 @@ from math import ceil, cos
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.errors import NotConverged
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
@@ -41,6 +42,8 @@ from camgeom.track.section import Column, CrossSection
 Labels = npt.NDArray[np.uint8]
 CUTS = (0.95, 0.8, 0.6)
 """shares of its tolerance that a facet is kept to which an end cuts, one attempt after the other"""
+LOST = 1.4
+"""times its tolerance that such a facet may be off at first; beyond, what is then made finer has no fewer triangles"""
 ON_PLANE = 1e-3
 """share of the tolerance within which a vertex beside an end plane is laid on it"""
 
@@ -316,6 +319,8 @@ def groove_solid(
         over_free = 0.0 if free is None or solid.free_error is None else solid.free_error / free
         if straight or max(over, over_free) <= 1.0:
             break
+        if mesher is not gridded and max(over, over_free) > LOST:
+            raise NotConverged(f"a facet at an end of the cam is off by {max(over, over_free):.3g} tolerances")
         # Facets at the cam's ends, whose cells were not measured as a whole.
         aim *= 0.985 / over if over > 1.0 else 1.0
         wide = wide and max(aim, wide * (0.985 / over_free if over_free > 1.0 else 1.0))

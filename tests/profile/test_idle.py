@@ -78,6 +78,7 @@ def refusals(case: str, changes: dict[str, Any]) -> dict[str, str]:
         ("pair, rocker", "cam.return_radius", 60.0, "slide"),
         ("pair, rocker", "output.undercut_solid", True, "only a drum's groove"),
         ("pair, rocker", "output.fewest_triangles", True, "only drums"),
+        ("pair, rocker", "output.fewest_triangles", False, ""),
         ("drum, arm", "output.fewest_triangles", True, ""),
         ("globoid", "output.fewest_triangles", True, ""),
         ("yoke", "follower.face_width", 80.0, "rollers touch"),

@@ -8,7 +8,19 @@ import numpy as np
 
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
-from camgeom.maths.banded.facets import Band, Corners, Facets, Index, Mask, Measured, Shares, further, kept, sags
+from camgeom.maths.banded.facets import (
+    Band,
+    Corners,
+    Facets,
+    Index,
+    Mask,
+    Measured,
+    Shares,
+    further,
+    kept,
+    sags,
+    truth_of,
+)
 from camgeom.maths.banded.net import Net, Request
 from camgeom.maths.banded.plan import NetPlan
 from camgeom.maths.sampling import MAX_CELLS, patch_sag
@@ -66,16 +78,18 @@ def meshed(bands: Sequence[Band], plan: NetPlan, shares: Shares | None) -> Measu
         label, kept(corner), ring if one is None else one[ring].astype(np.int64),
         np.cumsum([0, *map(len, edges)]), float(plan.theta[-1] - plan.theta[0]), shares,
     )  # fmt: skip
-    sag, mark = sags(points, corner[len(grid.corner) :], mids, facets.rooms(slice(len(grid.corner), None)))
-    split = np.flatnonzero(mark.any(axis=0))
     room = facets.rooms(slice(0, len(grid.corner), 2))
     over, own_sag, off, marked = grid.over(room)
-    sag = np.concatenate([np.repeat(grid.sag, 2), sag])
-    sag[over] = own_sag
     close, true, cut = grid.close(room)
-    found, asked = sags(points, corner[close], true, facets.rooms(close))
-    sag[close], asked = found, asked & cut[0]
-    asked |= cut[1] & (found > facets.rooms(close)) & ~asked.any(axis=0)
+    ask = np.append(close, np.arange(len(grid.corner), len(corner)))
+    most, true_mids = facets.rooms(ask), np.concatenate([true, mids], axis=2)
+    found, mark = sags(points, corner[ask], true_mids, most, truth_of(bands, facets, ask))
+    few = len(close)
+    mark, asked = mark[:, few:], mark[:, :few] & cut[0]
+    asked |= cut[1] & (found > most)[:few] & ~asked.any(axis=0)
+    split = np.flatnonzero(mark.any(axis=0))
+    sag = np.append(np.repeat(grid.sag, 2), found[few:])
+    sag[over], sag[close] = own_sag, found[:few]
     return Measured(
         facets, sag, np.concatenate([over, close, len(grid.corner) + split]),
         np.concatenate([off, true, mids[:, :, split]], axis=2),
