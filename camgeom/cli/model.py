@@ -25,6 +25,8 @@ QUIET_FOR = 1.0
 """s; progress is shown on a terminal after this"""
 SELDOM = 10.0
 """s, from one line of progress to the next where nobody looks at a terminal"""
+BODIES = {"solid", "exports", "report"}
+"""products that show or write bodies: where none is asked for, what is judged by is meshed the quicker way"""
 CROWNED = {
     "straight": "straight, as a cylinder grinds it; the crown meets it in a point",
     "conforming": "conforming, the envelope of the crown: a tool of the same meridian cuts it",
@@ -50,6 +52,9 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     refuse_nameless(arguments.out)
     profile = read(arguments.profile)
     wanted = _formats(arguments, profile.output.formats, products, only)
+    if profile.output.fewest_triangles is None and not BODIES & set(products):
+        output = profile.output.model_copy(update={"fewest_triangles": False})
+        profile = profile.model_copy(update={"output": output})
     order = Order(
         arguments.command, products, checks, wanted, sections, slug(profile.name), explained=arguments.explain
     )

@@ -180,8 +180,8 @@ class Output(Section):
     )
     fewest_triangles: bool | None = Field(
         None, description="drums, end faces and indexing cams are meshed with rows and columns that follow each face's "
-        "curvature; default wherever that can be made, true refuses what cannot. false: one regular grid, in a third "
-        "to a half of the time with up to twice the triangles"
+        "curvature; default wherever that can be made, but for `camgeom check` and `solve`, which write no body; true "
+        "refuses what cannot. false: one regular grid, in a third to a half of the time with up to twice the triangles"
     )
     undercut_solid: bool = Field(
         False, description="make the body of an undercut drum all the same, from many roller positions; slow, rough"

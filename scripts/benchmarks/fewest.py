@@ -1,4 +1,4 @@
-"""Triangles of drums, end faces and indexing cams, as one structured grid and with output.fewest_triangles.
+"""Triangles of drums, end faces and indexing cams, as one regular grid and as bodies have them by default.
 
 The fewest triangles with vertices on a surface and a chord error e cover 3 sqrt(3)/2 e / sqrt(K) each where it is bent
 to one side, and 2 sqrt(5) e / sqrt(-K) where it is bent both ways (K the Gaussian curvature; Pottmann, Krasauskas,
@@ -85,15 +85,15 @@ def figures(model: Model, make: Callable[[Part, float], Solid], data: dict[str, 
 
 
 def row(path: Path) -> Row | None:
-    """The row of a profile; None where the key is refused."""
+    """The row of a profile; None where bodies are regular grids."""
     data = tomllib.loads(path.read_text())
     model = read(str(path))
     bands = surfaces(model)
     if not bands:
         return None
-    asked = data | {"output": data.get("output", {}) | {"fewest_triangles": True}}
-    before = figures(model, lambda part, tolerance: part.solid(tolerance), data)
-    after = figures(model, mesher.fewest, asked)
+    regular = data | {"output": data.get("output", {}) | {"fewest_triangles": False}}
+    before = figures(model, lambda part, tolerance: part.solid(tolerance), regular)
+    after = figures(model, mesher.fewest, data)
     fewest: Counter[str] = Counter()
     for body in bands:
         if model.mechanism.turret is None:
