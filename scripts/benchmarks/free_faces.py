@@ -49,13 +49,13 @@ def figures(data: dict[str, Any]) -> dict[str, Any]:
 def row(path: Path) -> Row | None:
     """The row of a profile; None where the key is refused."""
     data = tomllib.loads(path.read_text())
-    output = data.get("output", {})
+    output = data.get("output", {}) | {"fewest_triangles": False}
     tolerance = output.get("tolerance", 0.005)
     try:
         after = figures(data | {"output": output | {"free_tolerance": TIMES * tolerance}})
     except ProfileError:
         return None
-    before = figures(data)
+    before = figures(data | {"output": output})
     found: Row = {"profile": path.stem, "tolerance_um": short(tolerance * 1e3)}
     for label, one in (("_before", before), ("", after)):
         found[f"triangles{label}"] = one["triangles"]

@@ -265,7 +265,7 @@ class Keys:
                 share = {"drawing": 0.4, "impact": 0.12, "dynamics": 0.1, "cutter": 0.1}.get(section, 0.07)
                 self._further(section, self.data[section], (section,), share)
         if self.data["cam"]["kind"] in FEWEST and self.likely(0.15):
-            self._put(self.data["output"], "fewest_triangles", self.dice.random() < 0.4, ("output",))
+            self._put(self.data["output"], "fewest_triangles", False, ("output",))
         for section in ROLLERS:
             if section in self.data:
                 self._bearing(section, self.data[section])
