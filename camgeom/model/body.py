@@ -100,12 +100,7 @@ class Body(Sealed):
             if solid is None:
                 raise
             return (solid,)
-        from camgeom.solid.overlap import refuse_overlap
-
-        solids = tuple(self._made(part) for part in self.parts)
-        for part, solid in zip(self.parts, solids):
-            refuse_overlap(part, solid)
-        return solids
+        return tuple(self._made(part) for part in self.parts)
 
     @fact
     def gridded(self) -> tuple[Solid, ...]:
@@ -122,19 +117,26 @@ class Body(Sealed):
         return FEWEST not in seen.cam.idle(seen.setup) if asked is None else asked
 
     def _made(self, part: Part) -> Solid:
-        if not self._few:
-            return part.solid(self.tolerance, self._free)
-        from camgeom.solid.fewest import fewest
-        from camgeom.solid.lands import NotOneSurface
+        """A body that does not cross itself; as a regular grid where the fewest triangles cannot be made unasked."""
+        from camgeom.solid.overlap import refuse_overlap
 
-        try:
-            return fewest(part, self.tolerance, self._free)
-        except (NotOneSurface, NotConverged) as error:
-            if self.profile.output.fewest_triangles is None:
-                return part.solid(self.tolerance, self._free)
-            if isinstance(error, NotConverged):
-                raise
-            raise DesignError(f"{error}: leave out output.fewest_triangles, the body is cut by a boolean") from error
+        if self._few:
+            from camgeom.solid.fewest import fewest
+            from camgeom.solid.lands import NotOneSurface
+
+            try:
+                solid = fewest(part, self.tolerance, self._free)
+                refuse_overlap(part, solid)
+                return solid
+            except (NotOneSurface, NotConverged, DesignError) as error:
+                if self.profile.output.fewest_triangles is not None:
+                    if isinstance(error, NotOneSurface):
+                        why = f"{error}: leave out output.fewest_triangles, the body is cut by a boolean"
+                        raise DesignError(why) from error
+                    raise
+        solid = part.solid(self.tolerance, self._free)
+        refuse_overlap(part, solid)
+        return solid
 
     def _undercut_solid(self) -> Solid | None:
         """What the tools really leave of an undercut drum; None for other cams."""

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
+import sys
 import tomllib
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,16 +17,21 @@ from camgeom.errors import DesignError, NotConverged, ProfileError
 from camgeom.maths.banded import Band, banded
 from camgeom.maths.banded.facets import sags
 from camgeom.model import Model, read
-from camgeom.profile import parse
+from camgeom.profile import from_data, parse
 from camgeom.report.files import _coloured
 from camgeom.solid.fewest import drum_bands, fewest, turret_grooves
 from camgeom.solid.lands import NotOneSurface
 from camgeom.track.follower import ConeRoller
 from tests.oracle.cams import judges_of
 from tests.oracle.envelope import roller_distance, swept_distance, triangle_points
+from tests.places import PROFILES, ROOT
 from tests.reference.machines import pin_cam, pin_setup, swinging_cam, swinging_setup
 
-PROFILES = Path(__file__).parents[2] / "profiles"
+sys.path.insert(0, str(ROOT / "scripts" / "stability"))
+
+import designs
+from judging import frozen
+
 SHARES = {
     "pin_insertion": 0.56, "steep_shuttle": 0.6, "end_face_lifter": 0.8, "two_groove_drum": 0.6, "tool_changer": 0.63,
     "bell_lifter": 0.7,
@@ -193,6 +198,20 @@ def test_what_cannot_be_made_so_is_made_regularly_and_refused_where_it_is_asked_
     assert np.array_equal(read(str(PROFILES / "end_face_lifter.toml")).solid.mesh.faces, plain.faces)
     with pytest.raises((DesignError, NotConverged), match=str(fault)):
         _ = Model(parse(asked("end_face_lifter"))).solid
+
+
+def test_a_body_whose_long_facets_pierce_each_other_is_made_regularly(monkeypatch):
+    """Where a rim is a sliver its long facets reach beyond each other's planes by more than both may be off."""
+    monkeypatch.setattr(designs, "kind_of", lambda _: "conical")
+    data = frozen(designs.design(7_700_018))
+    solid = Model(from_data(data, "")).solid
+    plain, asked_for = (
+        Model(from_data(data | {"output": data["output"] | {"fewest_triangles": value}}, "")) for value in (False, True)
+    )
+    assert solid.sound
+    assert np.array_equal(solid.mesh.faces, plain.solid.mesh.faces)
+    with pytest.raises(DesignError, match="crosses itself"):
+        _ = asked_for.solid
 
 
 def test_what_writes_no_body_meshes_the_quicker_way(monkeypatch, capsys):
