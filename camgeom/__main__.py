@@ -4,17 +4,38 @@ import gc
 import os
 import signal
 import sys
+from importlib import import_module
+from types import ModuleType
+
+LOADER = "pydantic.plugin._loader"
+
+
+def seek_no_plugins() -> None:
+    """Plugins of pydantic are sought among all that is installed, 2 % of a command, by a module that imports readers of
+    mail and of archives for it, 3 %. camgeom knows of none that it needs: unless the environment names some, another
+    module stands in its place, and makes way for it where more than its list of plugins is wanted."""
+    if os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__") != "__all__" or LOADER in sys.modules:
+        return
+
+    def loader(name: str) -> object:
+        if name.startswith("__"):  # what Python's import itself asks of every module
+            raise AttributeError(name)
+        sys.modules.pop(LOADER, None)
+        return getattr(import_module(LOADER), name)
+
+    none = ModuleType(LOADER)
+    vars(none).update(get_plugins=tuple, __getattr__=loader)
+    sys.modules[LOADER] = none
 
 
 def run() -> int:
     """Run the command line. A command makes classes and arrays and ends: looking for cycles every 700 objects, as is
     the default, takes 4 to 8 % of its time. Its matrices are many and small: threads of the linear algebra, started
-    where nobody asked for a number of them, spend 10 % of it waiting for each other. Plugins of pydantic are sought
-    among all that is installed, 2 % of it; camgeom knows of none that it needs. What is left at the end goes with the
-    process: looking through it for cycles once more takes 3 to 10 %. An interrupt before the command has begun ends it
-    without a trace; one after it has ended comes too late."""
+    where nobody asked for a number of them, spend 10 % of it waiting for each other. What is left at the end goes with
+    the process: looking through it for cycles once more takes 3 to 10 %. An interrupt before the command has begun ends
+    it without a trace; one after it has ended comes too late."""
     gc.set_threshold(100_000, 20, 20)
-    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    seek_no_plugins()
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     status = None
     try:

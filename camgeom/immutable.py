@@ -24,7 +24,8 @@ def immutable(cls: type[T] | None = None, *, eq: bool = False, kw_only: bool = F
 
     eq  compared and hashed by its fields, not by identity
 
-    Of each class `dataclass(frozen=True)` compiles six methods; here its `__init__` alone is, all others are shared.
+    Of each class `dataclass(frozen=True)` compiles six methods; here its `__init__` alone is, when the first object is
+    made; all others are shared.
     """
     if cls is None:
         return lambda cls: _made(cls, eq, kw_only)
@@ -37,7 +38,7 @@ def _made(cls: type[Any], eq: bool, kw_only: bool) -> type[Any]:
     made = dataclass(init=False, repr=False, eq=False, kw_only=kw_only)(cls)
     if eq:
         methods |= _compared(fields(made))
-    methods["__init__"] = _init(made)
+    methods["__init__"] = _Init(made)
     for name, method in methods.items():
         if name not in vars(made):
             setattr(made, name, method)
@@ -68,6 +69,18 @@ def _compared(every: tuple[Field[Any], ...]) -> dict[str, Any]:
         return hash(key(self))
 
     return {"__eq__": equal, "__hash__": hashed}
+
+
+class _Init:
+    """The `__init__` of a class until somebody asks for it: it is compiled then, and stands in its own place."""
+
+    def __init__(self, cls: type[Any]) -> None:
+        self._cls = cls
+
+    def __get__(self, instance: object, owner: type[Any]) -> Any:
+        if vars(self._cls).get("__init__") is self:
+            self._cls.__init__ = _init(self._cls)
+        return self._cls.__init__.__get__(instance, owner)
 
 
 def _init(cls: type[Any]) -> Any:

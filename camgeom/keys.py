@@ -5,8 +5,6 @@ the reference page and the starter profiles all come from that. Angles are degre
 package); a `*_rad` property gives what the inside wants.
 """
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field

@@ -1,7 +1,5 @@
 """Cylindrical cam: a groove or a rib on a drum, translating or swinging follower."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, final
@@ -84,7 +82,7 @@ class Cylindrical(Cam):
         """The bore, or None for a solid drum."""
         return Bore(self.bore, self.keyway_width, self.keyway_depth) if self.bore else None
 
-    def mechanism(self, setup: Setup) -> CylindricalMechanism:
+    def mechanism(self, setup: Setup) -> "CylindricalMechanism":
         """The drum with its follower."""
         follower, roller = setup.follower, setup.roller
         assert isinstance(follower, TranslatingFollower | SwingingFollower)
@@ -223,7 +221,7 @@ class CylindricalMechanism(Mechanism):
         return np.asarray(np.minimum(x[2], self.cam.length - x[2]))
 
     @property
-    def beside(self) -> Within:
+    def beside(self) -> "Within":
         """How deep contact points lie in the drum: where it is steep the roller's outer end stands beyond the land."""
         return self.drum.within if self.runs_out else self.drum.under
 

@@ -12,8 +12,9 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import partial
 from importlib import import_module
-from typing import NoReturn, TextIO
+from typing import Any, NoReturn, TextIO
 
 from camgeom.errors import CamgeomError, visible
 from camgeom.immutable import immutable
@@ -116,10 +117,17 @@ FORMATS, BESIDE = "<formats>", "<formats beside a report>"
 
 
 class _Parser(argparse.ArgumentParser):
-    """argparse that raises instead of exiting, with the nearest spelling of what it does not know."""
+    """argparse that raises instead of exiting, with the nearest spelling of what it does not know.
+
+    How wide the terminal is it asks for its help alone: each argument that is added asks for it otherwise.
+    """
+
+    def __init__(self, **given: Any) -> None:
+        super().__init__(**given, formatter_class=partial(argparse.HelpFormatter, width=80))
 
     def format_help(self) -> str:
         """The help, with the formats of the registry, whose writers are imported for it alone."""
+        self.formatter_class = argparse.HelpFormatter
         for action in self._actions:
             if action.help and FORMATS in action.help:
                 from camgeom.report.files import EXTRAS, format_rows

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar, overload
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.errors import CamgeomError
 
@@ -22,8 +21,6 @@ def _inside(kind: type) -> Callable[[Any], Iterable[Any]] | None:
     """What gives the parts of a value of a type."""
     if issubclass(kind, SCALARS):
         return None
-    if issubclass(kind, np.ndarray):
-        return _closed
     if issubclass(kind, tuple | list):
         return iter
     if issubclass(kind, Mapping):
@@ -34,20 +31,14 @@ def _inside(kind: type) -> Callable[[Any], Iterable[Any]] | None:
     return None
 
 
-def _closed(array: npt.NDArray[Any]) -> Iterable[Any]:
-    array.setflags(write=False)
-    return ()
-
-
 def frozen(value: T) -> T:
     """The same value with every array in it read-only: in tuples, lists, mappings and our own objects, at any depth."""
-    if isinstance(value, np.ndarray):
-        value.setflags(write=False)
-        return value
     seen: set[int] = set()
     waiting: list[Any] = [value]
-    while waiting:
-        item = waiting.pop()
+    for item in waiting:
+        if isinstance(item, np.ndarray):
+            item.setflags(write=False)
+            continue
         kind = type(item)
         if kind not in _INSIDE:
             _INSIDE[kind] = _inside(kind)

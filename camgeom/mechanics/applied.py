@@ -8,7 +8,6 @@ exponents are bounded before anything is computed, so that no text can take long
 from __future__ import annotations
 
 import ast
-import difflib
 import itertools
 import math
 import re
@@ -350,5 +349,7 @@ def _run(steps: tuple[Step, ...], known: Mapping[str, Floats]) -> Floats:
 
 
 def _nearest(name: str, known: Mapping[str, object] | list[str]) -> str:
-    close = difflib.get_close_matches(name, list(known), n=1)
+    from difflib import get_close_matches
+
+    close = get_close_matches(name, list(known), n=1)
     return f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"

@@ -1,7 +1,5 @@
 """Elastic and fatigue constants of the two bodies in contact."""
 
-from __future__ import annotations
-
 from typing import Annotated, final
 
 from pydantic import Field, model_validator

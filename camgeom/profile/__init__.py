@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Protocol, final, runtime_check
 
 import numpy as np
 from pydantic import Field, PrivateAttr, SerializeAsAny, model_validator
+from pydantic_core import CoreSchema, core_schema
 
 from camgeom.cams import Cam
 from camgeom.errors import DesignError, Problem, ProfileError
@@ -67,6 +68,13 @@ class Readable(Protocol):
         """All that is left of it."""
 
 
+class _Typed:
+    """Of a field whose section comes typed from the reader: the kinds that it is not need no validators."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+        return core_schema.is_instance_schema(source)
+
+
 @final
 class Profile(Section):
     """One cam design. `cam` is the section of its kind, chosen from the registry of cam types."""
@@ -82,9 +90,11 @@ class Profile(Section):
         "result beside ours (`camgeom validate`)"
     )
     cam: SerializeAsAny[Cam] = Field(description="the cam, by kind")
-    follower: AnyFollower = Field(description="the follower, by kind")
-    roller: AnyRoller | None = Field(None, description="the roller, by shape; none for flat and knife followers")
-    return_roller: AnyRoller | None = Field(
+    follower: Annotated[AnyFollower, _Typed()] = Field(description="the follower, by kind")
+    roller: Annotated[AnyRoller | None, _Typed()] = Field(
+        None, description="the roller, by shape; none for flat and knife followers"
+    )
+    return_roller: Annotated[AnyRoller | None, _Typed()] = Field(
         None, description="a conjugate pair's return roller, by shape, with all of its own keys; default: as [roller]"
     )
     motion: Annotated[tuple[MotionSegment, ...], Field(min_length=1, max_length=MAX_SEGMENTS)] = Field(

@@ -1,7 +1,5 @@
 """The sections of a profile that belong to no single part: motion segments, operation, materials, output, limits."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, final
 
 import numpy as np
@@ -103,7 +101,7 @@ class Force(Section):
 
         return self.expression is not None and bool(compile_expression(self.expression).variables & {"v", "a"})
 
-    def applied(self, key: str = "operation.force") -> Applied:
+    def applied(self, key: str = "operation.force") -> "Applied":
         """The force as an array function of cam angle and motion."""
         from camgeom.mechanics.applied import expression_force, table_force
 
@@ -289,7 +287,7 @@ class Limits(Section):
         None, description="um, largest depth that either surface may wear over life_h"
     )
 
-    def for_follower(self, follower: AnyFollower) -> Limits:
+    def for_follower(self, follower: AnyFollower) -> "Limits":
         """The limits with the defaults that depend on the follower filled in."""
         usual = follower.pressure_angle_limit
         limit = self.pressure_angle_deg or usual

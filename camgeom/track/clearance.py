@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
-from camgeom.maths.extremum import FAN, ROUNDS, Extreme, bracketed_maximum, narrowed, piece_grid
+from camgeom.maths.extremum import FAN, ROUNDS, SAME, Extreme, bracketed_maximum, narrowed, piece_grid
 from camgeom.maths.mesh import Mesh
 from camgeom.track import TURN, Arc, Meridian, Straight, Track
 from camgeom.track.section import Column, Level
@@ -556,9 +556,11 @@ def _nearest_pass(track: Track, window: _Window, turn: int, x: Floats) -> tuple[
     """The same as `_passing`, from many samples and by narrowing brackets."""
     angles, _ = _passing(track, window, turn, x, GAP_SAMPLES)
     step, xt = window.half / (GAP_SAMPLES // 2 - 0.5), np.ascontiguousarray(x.T)
+    # A distance is a difference of coordinates, and as coarse as they are, however small it is itself.
     negative, where = bracketed_maximum(
-        lambda at: -roller_distance(track, xt[:, :, None], at), angles - step, angles + step
-    )
+        lambda at: -roller_distance(track, xt[:, :, None], at), angles - step, angles + step,
+        noise=8.0 * SAME * float(np.abs(x).max()),
+    )  # fmt: skip
     return where, -negative
 
 

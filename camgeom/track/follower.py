@@ -3,8 +3,6 @@
 A cam type receives angles already in radians inside the program; sections keep the degrees and mm of the profile.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from dataclasses import replace
 from math import atan2, degrees, radians, sqrt
@@ -476,4 +474,4 @@ class Setup:
     program: Program
     corner: float = 0.0
     second: AnyRoller | None = None
-    carriage: Carriage | None = None
+    carriage: "Carriage | None" = None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 from copy import deepcopy
 from dataclasses import FrozenInstanceError, asdict, dataclass, field, fields, replace
+from inspect import isfunction, signature
 
 import pytest
 
@@ -48,6 +49,29 @@ def test_a_dataclass_to_all_who_ask() -> None:
     assert asdict(Plain(3, [4])) == {"first": 3, "second": [4], "made": 4}
     assert repr(Plain(3, second=[4])) == "Plain(first=3, second=[4])"
     assert replace(one, first=5).made == 6
+
+
+def test_it_is_compiled_when_it_is_first_asked_for() -> None:
+    @immutable
+    class Fresh:
+        first: int
+        second: str = "b"
+
+    class Below(Fresh):
+        """What has no `__init__` of its own."""
+
+    assert not isfunction(vars(Fresh)["__init__"])
+    assert Below(1).second == "b"
+    assert isfunction(vars(Fresh)["__init__"])
+    assert "__init__" not in vars(Below)
+
+    @immutable
+    class Asked:
+        first: int
+        second: str = "b"
+
+    assert str(signature(Asked)) == "(first: 'int', second: 'str' = 'b') -> None"
+    assert isfunction(vars(Asked)["__init__"])
 
 
 def test_nothing_changes_it() -> None:

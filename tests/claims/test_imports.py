@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import os
 import re
 import subprocess
 import sys
@@ -78,6 +79,35 @@ def test_check_enters_only_what_it_asks(profile: str, others: set[str]) -> None:
     assert not {name for name in loaded if name.startswith(("camgeom.export", "camgeom.report.data.load"))}
     assert not loaded & {f"camgeom.{name}" for name in others}
     assert "numpy.polynomial" not in loaded
+
+
+def command_loads(environment: dict[str, str]) -> set[str]:
+    """All modules after a check as the `camgeom` command runs it."""
+    code = (
+        "import contextlib, io, sys\nfrom camgeom.__main__ import run\nsys.argv = ['camgeom', 'check', "
+        "'profiles/pin_insertion.toml']\nwith contextlib.redirect_stdout(io.StringIO()):\n    assert run() == 0\n"
+        "print(*sys.modules)"
+    )
+    told = {name: value for name, value in os.environ.items() if name != "PYDANTIC_DISABLE_PLUGINS"} | environment
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=PACKAGE.parent, env=told)
+    return set(done.stdout.split())
+
+
+def test_a_command_seeks_no_plugins_and_no_packers_unless_some_are_named() -> None:
+    assert not command_loads({}) & {"importlib.metadata", "zipfile", "email", "shutil", "difflib"}
+    assert "importlib.metadata" in command_loads({"PYDANTIC_DISABLE_PLUGINS": "none-of-these"})
+
+
+def test_what_stands_for_the_loader_of_plugins_makes_way_for_it() -> None:
+    code = (
+        "import sys\nfrom camgeom.__main__ import LOADER, seek_no_plugins\nseek_no_plugins()\n"
+        "from pydantic.plugin._loader import get_plugins\nassert get_plugins() == ()\n"
+        "assert sys.modules[LOADER].__spec__ is None\n"
+        "from pydantic.plugin._loader import PYDANTIC_ENTRY_POINT_GROUP\n"
+        "assert sys.modules[LOADER].__spec__ is not None\n"
+    )
+    assert "importlib" in loaded_after(code)
 
 
 def module_level_imports(tree: ast.Module) -> set[str]:
