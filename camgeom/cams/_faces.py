@@ -7,9 +7,7 @@ from math import hypot, inf
 
 import numpy as np
 
-from camgeom.cams import problem
 from camgeom.cams._plate import WALL_SAMPLES, bore_walls, least_distance
-from camgeom.errors import Problem
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
 from camgeom.solid.blank import Bore, Wall
@@ -58,34 +56,6 @@ def room_within(inner: Outline, outer: Outline, how_far: bool = True) -> tuple[f
         return np.asarray(np.where(inward < 0.0, -least, least))
 
     return least_distance(inner, distance)
-
-
-def contradictions(tracks: Sequence[tuple[str, str, str]]) -> list[Problem]:
-    """What contradicts itself in the tracks of one disc: (form, face, rim) of [cam] and of every further table.
-
-    A groove a face, and one profile as the rim, which all grooves have to know; a plate with one track has it in its
-    upper face.
-    """
-    found, taken, profiles = list[Problem](), dict[str, str](), 0
-    several = [form for form, _, _ in tracks].count("external")
-    for key, (form, face, rim) in zip(["cam", *(f"track[{k}].cam" for k in range(len(tracks)))], tracks):
-        if form == "external":
-            profiles += 1
-            if profiles > 1:
-                limit = "a groove: one profile makes the rim of a disc (discs side by side are not built)"
-                found.append(problem(f"{key}.form", form, limit))
-        elif face in taken:
-            limit = f"the other face: one groove a face, and {taken[face]} has this one"
-            found.append(problem(f"{key}.face", face, limit))
-        else:
-            taken[face] = key
-            if (rim == "profile") != bool(several):
-                limit = "'profile' with, 'circle' without a track of form = 'external'"
-                found.append(problem(f"{key}.rim", rim, limit))
-    if len(tracks) == 1 and "lower" in taken:
-        limit = "upper: a plate with one groove is turned over (direction the other way round)"
-        found.append(problem("cam.face", "lower", limit))
-    return found
 
 
 def plate_of(grooves: Mapping[str, FaceGroove], rim: Loop, width: float, bore: Bore | None) -> GroovedPlate:

@@ -27,10 +27,10 @@ from camgeom.track.follower import (
     SwingingFollower,
     TranslatingFollower,
 )
-from camgeom.track.section import Level, cylinder_level
 
 if TYPE_CHECKING:
     from camgeom.track.runout import Within
+    from camgeom.track.section import Level
 
 
 @final
@@ -315,31 +315,34 @@ class CylindricalMechanism(Mechanism):
         beyond = cam.radius + max(0.05 * cam.radius, 0.25 * cam.groove_depth)
         ridge = beyond + 0.5 * cam.groove_depth
         genus = 0 if blank.bore is None else 1
-        return (CutBlank("cam", cutters, blank, cylinder_level(beyond), beyond, ridge, genus),)
+        return (CutBlank("cam", cutters, blank, *self._cylinder(beyond), ridge, genus),)
 
     @property
-    def wall_foot(self) -> tuple[Level, float] | None:
+    def wall_foot(self) -> "tuple[Level, float] | None":
         """Surface on which a rib's walls end; None for a groove, cut down to the tool's tip."""
-        floor = self.cam.floor_radius
-        return (cylinder_level(floor), floor) if self.cam.form == "rib" else None
+        return self._cylinder(self.cam.floor_radius) if self.cam.form == "rib" else None
 
     @property
-    def wall_top(self) -> tuple[Level, float]:
+    def wall_top(self) -> "tuple[Level, float]":
         """The drum's outside: a swinging roller can leave the drum sideways."""
-        return cylinder_level(self.cam.radius), self.cam.radius
+        return self._cylinder(self.cam.radius)
+
+    def _cylinder(self, radius: float) -> "tuple[Level, float]":
+        from camgeom.track.section import cylinder_level
+
+        return cylinder_level(radius), radius
 
     @cached_property
     def ribs(self) -> tuple[Extreme, ...]:
         """Least normal thickness of the rib at its tip and at its foot, mm: where it is steep it is thinner."""
-        from camgeom.track.clearance import flank_gap
-
         if self.cam.form != "rib":
             return ()
+        from camgeom.track.clearance import flank_gap
+
         lower, upper = self.cutters
         answers = []
         for where, radius in (("tip", self.cam.radius), ("foot", self.cam.floor_radius)):
-            level = cylinder_level(radius)
-            gaps = (flank_gap(lower, upper, level, radius), flank_gap(upper, lower, level, radius))
+            gaps = (flank_gap(lower, upper, *self._cylinder(radius)), flank_gap(upper, lower, *self._cylinder(radius)))
             answers.append(replace(min(gaps, key=lambda gap: gap.value), where=where))
         return tuple(answers)
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from math import cos, hypot, inf, radians, sqrt
-from typing import ClassVar, Literal, final
+from typing import TYPE_CHECKING, ClassVar, Literal, final
 
 import numpy as np
 from pydantic import Field
@@ -59,9 +59,10 @@ from camgeom.solid.prism import FaceGroove, GroovedPlate, Loop, Prism
 from camgeom.track import Joint, Meridian, Straight, Track, Vector
 from camgeom.track.follower import AnyRoller, ConeRoller, Setup, SwingingFollower, TranslatingFollower
 from camgeom.track.outline import CircleOutline, FaceOutline, FlatFace, Outline, RollerOutline
-from camgeom.track.sliding import Slider, SlidingEdge, SlidingFace
-from camgeom.track.touch import Touch
 
+if TYPE_CHECKING:
+    from camgeom.track.sliding import Slider
+    from camgeom.track.touch import Touch
 
 @final
 class Disc(Cam):
@@ -123,14 +124,12 @@ class Disc(Cam):
 
     def together(self, others: Sequence[Cam], rollers: Sequence[AnyRoller | None]) -> list[Problem]:
         """A groove a face, and one profile as the rim; a plate with one track has it in its upper face."""
-        from camgeom.cams._faces import contradictions
-
         cones = [k for k, roller in enumerate(rollers) if isinstance(roller, ConeRoller)]
         if others and cones:
             key = f"track[{cones[0] - 1}].roller.shape" if cones[0] else "roller.shape"
             limit = "cylinder or crowned, where a disc has several tracks; a cone has its disc alone"
             return [problem(key, "cone", limit)]
-        return contradictions([(cam.form, cam.face, cam.rim) for cam in (self, *others) if isinstance(cam, Disc)])
+        return _contradictions([(cam.form, cam.face, cam.rim) for cam in (self, *others) if isinstance(cam, Disc)])
 
     def joined(self, mechanisms: Sequence[Mechanism]) -> tuple[tuple[Part, ...], tuple[Wall, ...]]:
         """The disc with all of its tracks and what is left between them."""
@@ -353,9 +352,13 @@ class DiscMechanism(Mechanism):
     def sliders(self) -> tuple[Slider, ...]:
         """A flat face or a knife edge."""
         face = self.follower.face
+        if face not in ("flat", "knife"):
+            return ()
+        from camgeom.track.sliding import SlidingEdge, SlidingFace
+
         if face == "flat":
             return (SlidingFace("profile", self._face),)
-        return (SlidingEdge("profile", self.pitch),) if face == "knife" else ()
+        return (SlidingEdge("profile", self.pitch),)
 
     @property
     def _mount(self) -> tuple[Vector, Joint]:
@@ -411,6 +414,8 @@ class DiscMechanism(Mechanism):
     @cached_property
     def touches(self) -> tuple[Touch, ...]:
         """The contacts: one of an external cam, both flanks of a face groove."""
+        from camgeom.track.touch import Touch
+
         follower, face = self.follower, self.follower.face
         low, high = self.contact
         joint = self._arm(follower).joint if isinstance(follower, SwingingFollower) else SLIDE
@@ -513,6 +518,8 @@ class ConicalDiscMechanism(DiscMechanism):
     @property
     def profiles(self) -> tuple[Touch, ...]:
         """Those of both ends."""
+        from camgeom.track.touch import Touch
+
         joint = self._arm(self.follower).joint if isinstance(self.follower, SwingingFollower) else SLIDE
         low, high = self._span
         names = (self.cam.inside, 1.0), ("outer flank", -1.0)
@@ -546,3 +553,31 @@ class ConicalDiscMechanism(DiscMechanism):
         """How far contact points (3, ...) lie between the ends of the flanks, mm."""
         low, high = self._span
         return np.asarray(np.minimum(x[2] - low, high - x[2]) + 1e-9)
+
+
+def _contradictions(tracks: Sequence[tuple[str, str, str]]) -> list[Problem]:
+    """What contradicts itself in the tracks of one disc: (form, face, rim) of [cam] and of every further table.
+
+    A groove a face, and one profile as the rim, which all grooves have to know; a plate with one track has it in its
+    upper face.
+    """
+    found, taken, profiles = list[Problem](), dict[str, str](), 0
+    several = [form for form, _, _ in tracks].count("external")
+    for key, (form, face, rim) in zip(["cam", *(f"track[{k}].cam" for k in range(len(tracks)))], tracks):
+        if form == "external":
+            profiles += 1
+            if profiles > 1:
+                limit = "a groove: one profile makes the rim of a disc (discs side by side are not built)"
+                found.append(problem(f"{key}.form", form, limit))
+        elif face in taken:
+            limit = f"the other face: one groove a face, and {taken[face]} has this one"
+            found.append(problem(f"{key}.face", face, limit))
+        else:
+            taken[face] = key
+            if (rim == "profile") != bool(several):
+                limit = "'profile' with, 'circle' without a track of form = 'external'"
+                found.append(problem(f"{key}.rim", rim, limit))
+    if len(tracks) == 1 and "lower" in taken:
+        limit = "upper: a plate with one groove is turned over (direction the other way round)"
+        found.append(problem("cam.face", "lower", limit))
+    return found

@@ -18,13 +18,9 @@ from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Globoid, Wall
-from camgeom.solid.lands import GloboidLevel
 from camgeom.solid.mechanism import Drive, Mechanism, Turret
-from camgeom.solid.turret import TurretBody
 from camgeom.track import Swing, Track
 from camgeom.track.follower import AnyRoller, Setup, SphereRoller, TurretFollower
-from camgeom.track.section import ROOTED
-from camgeom.track.turret import turret_tracks
 
 DISC = 0.65
 """of the roller's diameter: half the thickness of the turret's disc, which stands out beyond its rollers"""
@@ -291,12 +287,16 @@ class GloboidalMechanism(Mechanism):
         relief = self.cam.relief_of(self.program, self.quoted_radius)
         gap, root, floor = self.cam.running_clearance, self.root_radius, self.floor_radius
         if root:
+            from camgeom.track.section import ROOTED
+
             # The floor's edges, where the corner's arc ends, are as far from the turret's axis as they are without.
             arc = 0.5 * pi * ROOTED
             floor = sqrt(floor**2 - (self.tip_radius + gap - root * (1.0 - cos(arc))) ** 2) + root * (1.0 - sin(arc))
         return tuple(replace(track.grown(gap), tip=floor, relief=relief, root=root) for track in grooves)
 
     def _grooves(self, reach: float, centre: float) -> tuple[Track, ...]:
+        from camgeom.track.turret import turret_tracks
+
         follower = self.follower
         first = Track(
             meridian=bearing_meridian(self.roller, follower.pitch_radius, 1.0),
@@ -318,6 +318,8 @@ class GloboidalMechanism(Mechanism):
     @cached_property
     def turret(self) -> Turret:
         """The turret: a disc about its axis with the rollers on its rim."""
+        from camgeom.solid.turret import TurretBody
+
         follower, diameter, (seat, end) = self.follower, self.roller.diameter, self.contact
         half = DISC * diameter
         return Turret(
@@ -364,6 +366,7 @@ class GloboidalMechanism(Mechanism):
     def parts(self) -> tuple[Part, ...]:
         """The cam: globoid blank minus its grooves."""
         from camgeom.solid.cut import IndexingCut
+        from camgeom.solid.lands import GloboidLevel
 
         top, centre = self.top_radius, self.cam.center_distance
         return (

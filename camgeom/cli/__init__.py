@@ -10,10 +10,11 @@ import argparse
 import io
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from functools import partial
 from importlib import import_module
+from math import inf, isfinite
 from typing import Any, NoReturn, TextIO
 
 from camgeom.errors import CamgeomError, visible
@@ -110,6 +111,54 @@ def _terminal_width() -> int:
         return os.get_terminal_size(sys.stderr.fileno()).columns
     except (OSError, ValueError):
         return 80
+
+
+def aligned(rows: Sequence[Sequence[str]], right: Iterable[int] = ()) -> list[str]:
+    """Rows of cells as lines with aligned columns, two blanks between them; `right` columns are set right."""
+    if not rows:
+        return []
+    set_right = set(right)
+    widths = [max(len(row[c]) for row in rows) for c in range(len(rows[0]))]
+    return [
+        "  ".join(cell.rjust(w) if c in set_right else cell.ljust(w) for c, (cell, w) in enumerate(zip(row, widths)))
+        .rstrip()
+        for row in rows
+    ]
+
+
+def number(value: Any, digits: int = 6) -> str:
+    """A number in a few significant digits; a dash where there is none."""
+    if value is None:
+        return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int):
+        return str(value)
+    return f"{value:.{digits}g}" if isinstance(value, float) else str(value)
+
+
+def number_in(text: str | None, option: str, unit: str = "", low: float = -inf, high: float = inf) -> float | None:
+    """The number given for an option, None where none is. Raises UsageError where it is no number in the range."""
+    if text is None:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if isfinite(value) and low <= value <= high:
+        return value
+    allowed = f"; allowed: {low:g} to {high:g} {unit}" if high < inf else ""
+    raise UsageError(f"{option}: needs a number{unit and f' of {unit}'} (found {text[:60]!r}){allowed}")
+
+
+def whole(text: str | None, option: str, low: int, high: int, things: str = "") -> int | None:
+    """The whole number given for an option, None where none is. Raises UsageError where it is none of the range."""
+    if text is None:
+        return None
+    if not text.isdecimal() or not low <= int(text[:9]) <= high:
+        of = f" of {things}" if things else ""
+        raise UsageError(f"{option}: needs a whole number{of} (found {text[:60]!r}); allowed: {low} to {high}")
+    return int(text)
 
 
 FORMATS, BESIDE = "<formats>", "<formats beside a report>"

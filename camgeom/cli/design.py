@@ -8,8 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from camgeom.cli import Console, UsageError
-from camgeom.cli.tables import aligned, number_in
+from camgeom.cli import Console, UsageError, aligned, number_in
 
 if TYPE_CHECKING:
     from camgeom.design import Design

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 
-from camgeom.cli import Console, UsageError
+from camgeom.cli import Console, UsageError, aligned, number_in
 from camgeom.cli.model import refuse_nameless, refuse_unwritable
-from camgeom.cli.tables import aligned, number_in
 
 if TYPE_CHECKING:
     from camgeom.inspection import Inspection

@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camgeom.cli import Console, UsageError
+from camgeom.cli import Console, UsageError, aligned, number, number_in
 from camgeom.cli.model import refuse_nameless, refuse_unwritable
-from camgeom.cli.tables import aligned, number, number_in
 from camgeom.errors import Problem, ProfileError
 from camgeom.motion.law import LAWS, Ends
 

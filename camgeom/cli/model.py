@@ -11,8 +11,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from camgeom.checks.verdict import RANK, life_told
-from camgeom.cli import Console, UsageError
-from camgeom.cli.tables import aligned, formats, number, number_in
+from camgeom.cli import Console, UsageError, aligned, number, number_in
 from camgeom.errors import ExportError, Problem, ProfileError
 from camgeom.profile.sections import TOLERANCE_RANGE
 from camgeom.report.figures import KEY_FIGURES
@@ -44,6 +43,8 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     from camgeom.report.result import chosen
 
     if arguments.formats == "list":
+        from camgeom.cli.tables import formats
+
         return formats(arguments, console)
     tolerance = number_in(arguments.tolerance, "--tolerance", "mm", *TOLERANCE_RANGE)
     only = names(arguments.only, "--only")

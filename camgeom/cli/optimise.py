@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camgeom.cli import Console
+from camgeom.cli import Console, whole
 from camgeom.cli.model import output_folder, refuse_nameless, refuse_unwritable
 from camgeom.cli.optimise_page import Told
 from camgeom.cli.study import engine_of
-from camgeom.cli.tables import whole
 from camgeom.design.engine import Engine
 from camgeom.design.front import (
     PASSING,

@@ -10,8 +10,7 @@ from typing import Any, final
 
 import numpy as np
 
-from camgeom.cli import Console
-from camgeom.cli.tables import aligned, number
+from camgeom.cli import Console, aligned, number
 from camgeom.design.front import Archive, Bools, Front, Ints, balanced, members_in, nothing
 from camgeom.design.requirement import Free, Requirement, bounded
 from camgeom.design.study import Row

@@ -7,8 +7,7 @@ import sys
 from pathlib import Path
 from threading import Thread
 
-from camgeom.cli import Console, UsageError
-from camgeom.cli.tables import whole
+from camgeom.cli import Console, UsageError, whole
 from camgeom.profile import STDIN
 
 

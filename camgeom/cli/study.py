@@ -12,10 +12,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from camgeom.cli import Console, UsageError
+from camgeom.cli import Console, UsageError, aligned, number, whole
 from camgeom.cli.model import names, output_folder, refuse_nameless, refuse_unwritable
 from camgeom.cli.study_page import PLOTTED, cell, left_open, page, word
-from camgeom.cli.tables import aligned, number, whole
 from camgeom.design.batch import LEVELS
 from camgeom.design.bulk import Bulk
 from camgeom.design.engine import Cluster, Engine, Pace, local

@@ -1,67 +1,18 @@
-"""`camgeom laws`, `formats`, `new` and `schema`, which need no model; tables and numbers as every command has them."""
+"""`camgeom laws`, `materials`, `rollers`, `formats`, `new` and `schema`, which need no model."""
 
 from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterable, Sequence
 from math import inf, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from camgeom.cli import Console, UsageError
+from camgeom.cli import Console, UsageError, aligned, number
 from camgeom.errors import did_you_mean
 
 if TYPE_CHECKING:
     from camgeom.motion.law import LawEntry
-
-
-def aligned(rows: Sequence[Sequence[str]], right: Iterable[int] = ()) -> list[str]:
-    """Rows of cells as lines with aligned columns, two blanks between them; `right` columns are set right."""
-    if not rows:
-        return []
-    set_right = set(right)
-    widths = [max(len(row[c]) for row in rows) for c in range(len(rows[0]))]
-    return [
-        "  ".join(cell.rjust(w) if c in set_right else cell.ljust(w) for c, (cell, w) in enumerate(zip(row, widths)))
-        .rstrip()
-        for row in rows
-    ]
-
-
-def number(value: Any, digits: int = 6) -> str:
-    """A number in a few significant digits; a dash where there is none."""
-    if value is None:
-        return "-"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, int):
-        return str(value)
-    return f"{value:.{digits}g}" if isinstance(value, float) else str(value)
-
-
-def number_in(text: str | None, option: str, unit: str = "", low: float = -inf, high: float = inf) -> float | None:
-    """The number given for an option, None where none is. Raises UsageError where it is no number in the range."""
-    if text is None:
-        return None
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if isfinite(value) and low <= value <= high:
-        return value
-    allowed = f"; allowed: {low:g} to {high:g} {unit}" if high < inf else ""
-    raise UsageError(f"{option}: needs a number{unit and f' of {unit}'} (found {text[:60]!r}){allowed}")
-
-
-def whole(text: str | None, option: str, low: int, high: int, things: str = "") -> int | None:
-    """The whole number given for an option, None where none is. Raises UsageError where it is none of the range."""
-    if text is None:
-        return None
-    if not text.isdecimal() or not low <= int(text[:9]) <= high:
-        of = f" of {things}" if things else ""
-        raise UsageError(f"{option}: needs a whole number{of} (found {text[:60]!r}); allowed: {low} to {high}")
-    return int(text)
 
 
 def law_rows() -> list[dict[str, Any]]:

@@ -7,8 +7,7 @@ import json
 from math import inf
 from typing import Any
 
-from camgeom.cli import Console, UsageError
-from camgeom.cli.tables import aligned, number, number_in
+from camgeom.cli import Console, UsageError, aligned, number, number_in
 from camgeom.errors import ProfileError
 from camgeom.profile import Profile
 

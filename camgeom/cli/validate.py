@@ -8,9 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from camgeom.cli import Console, UsageError
+from camgeom.cli import Console, UsageError, aligned
 from camgeom.cli.model import refuse_nameless, refuse_unwritable
-from camgeom.cli.tables import aligned
 from camgeom.version import __version__
 
 if TYPE_CHECKING:

@@ -24,14 +24,13 @@ from camgeom.maths.extremum import bracketed_maximum, bracketed_root, piece_grid
 from camgeom.model import Model
 from camgeom.motion.program import Program
 from camgeom.profile import Profile, from_data, parse
+from camgeom.profile.sections import INCH
 from camgeom.profile.text import replaced
-from camgeom.profile.units import INCH
 from camgeom.solid.prism import Prism
 from camgeom.track.outline import (
     CircleOutline,
     Outline,
     OutlineIntegrals,
-    ParallelOutline,
     PolygonOutline,
     RollerOutline,
 )
@@ -64,19 +63,6 @@ def smallest_prime_radius(
         return np.asarray(np.abs(ds + sense * offset) / np.where(ds < 0.0, down, up) - s)
 
     return hypot(max(0.0, _greatest(program, needed)), offset)
-
-
-def smallest_flat_base(program: Program, radius: float = 0.0) -> float:
-    """Smallest base radius, mm, of a translating flat face whose profile keeps a radius of curvature (mm).
-
-    rho = base + s + s'', so base is the largest of radius - s - s'' over the turn.
-    """
-
-    def needed(phi: Floats) -> Floats:
-        s, _, dds = program.jet(phi, 2)
-        return np.asarray(radius - s - dds)
-
-    return max(0.0, _greatest(program, needed))
 
 
 @final
@@ -194,14 +180,6 @@ def _sharpest(outline: Outline) -> float:
         return outline.curve(x).curvature
 
     return refined_maximum(f, phi, owner, f(phi))[0]
-
-
-def tool_path(outline: Outline, radius: float) -> Outline:
-    """Path of the centre of a cutter or grinding wheel of any radius (mm) that leaves the outline: its parallel curve.
-
-    The tool reaches every place of the outline where `radius` is below its hollow radius (`Planar.radii`).
-    """
-    return ParallelOutline(outline, radius)
 
 
 @final

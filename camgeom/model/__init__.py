@@ -20,9 +20,8 @@ import numpy.typing as npt
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
-from camgeom.maths.frozen import cached_property, frozen
+from camgeom.maths.frozen import TWIN, Ledger, Observer, Sealed, cached_property, fact, frozen
 from camgeom.model.body import Body, MassProperties
-from camgeom.model.facts import TWIN, Ledger, Observer, Sealed, fact
 from camgeom.profile import Profile, Readable, given
 from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.track import TURN, Track
@@ -810,9 +809,10 @@ class Model(Sealed):
     def wear(self) -> dict[str, float]:
         """Depth that a turn wears off each body with a wear rate, mm, at its hardest rubbed place (Archard)."""
         material, found, together = self.profile.material, dict[str, float](), 0.0
-        for duty in self.carriers:
+        rates = {"cam": material.cam.wear_rate, "roller": material.roller.wear_rate}
+        for duty in self.carriers if any(rates.values()) else ():
             for body, rubbing in duty.rubbing.items():
-                rate = (material.cam if body == "cam" else material.roller).wear_rate
+                rate = rates["cam" if body == "cam" else "roller"]
                 if rate is not None:
                     found[body] = max(found.get(body, 0.0), 1e-3 * rate * rubbing)
                     together += 1e-3 * rate * rubbing if body == "cam" and duty.meeting is not None else 0.0

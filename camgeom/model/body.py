@@ -9,8 +9,7 @@ import numpy as np
 
 from camgeom.errors import DesignError, NotConverged
 from camgeom.immutable import immutable
-from camgeom.maths.frozen import frozen
-from camgeom.model.facts import Ledger, Sealed, fact
+from camgeom.maths.frozen import Ledger, Sealed, fact, frozen
 from camgeom.profile import Profile
 from camgeom.solid import UNION
 

@@ -23,6 +23,7 @@ from camgeom.profile.idle import idle_problems, idle_way
 from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of
 from camgeom.profile.reader import Reader, first_of
 from camgeom.profile.sections import (
+    INCH,
     INTERNAL,
     MOST_STATES,
     MOST_STATIONS,
@@ -34,9 +35,9 @@ from camgeom.profile.sections import (
     Output,
     Reproduced,
     TitleBlock,
+    Units,
 )
 from camgeom.profile.text import MAX_BYTES, Path_, cleaned, dump, key_path, load, replaced
-from camgeom.profile.units import INCH, Units, as_stated
 from camgeom.reading import decode, read_bytes
 from camgeom.track import TURN
 from camgeom.track.follower import AnyFollower, AnyRoller, Setup, TurretFollower
@@ -410,6 +411,8 @@ def _of_one_track(
     except ProfileError as error:
         if data.get("units") != "inch":
             raise
+        from camgeom.profile.units import as_stated
+
         raise ProfileError(as_stated(error.problems, data), error.file) from None
     profile._stated = data
     return profile

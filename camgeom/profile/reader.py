@@ -34,9 +34,9 @@ from camgeom.profile.sections import (
     Output,
     Reproduced,
     TitleBlock,
+    Units,
 )
 from camgeom.profile.text import Path_, beside, dotted, number_table, text_fault
-from camgeom.profile.units import Units, in_mm
 from camgeom.track.follower import (
     AnyFollower,
     ConeRoller,
@@ -104,6 +104,8 @@ class Reader:
         models = self._models()
         parts["units"] = self._one_of("units", get_args(Units), "a unit of length") or "mm"
         if parts["units"] == "inch":
+            from camgeom.profile.units import in_mm
+
             self.data, found = in_mm(self.data, self.sections, self.rotating, self.slides)
             self.problems += found
         self._refuse_unknown_sections()

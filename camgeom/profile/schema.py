@@ -18,9 +18,8 @@ from camgeom.profile.duty import OperatingState
 from camgeom.profile.motion import MAX_SEGMENTS
 from camgeom.profile.own_track import MOST_TRACKS, OwnTrack
 from camgeom.profile.reader import FOLLOWERS, OPTIONAL_SECTIONS, PLAIN_SECTIONS, ROLLER_TABLES, ROLLERS
-from camgeom.profile.sections import MOST_STATES, MOST_STATIONS, MotionSegment, Reproduced
+from camgeom.profile.sections import MOST_STATES, MOST_STATIONS, MotionSegment, Reproduced, Units
 from camgeom.profile.station import Station
-from camgeom.profile.units import Units
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 Schema = dict[str, Any]

@@ -30,6 +30,9 @@ Reproduced = Literal["S1", "S2", "S3", "S4", "S5"]
 
 INTERNAL: dict[str, Any] = {"internal": True}
 """Marks a field that is no key of the profile."""
+Units = Literal["mm", "inch"]
+INCH = 25.4
+"""mm, exactly (ISO 80000-3)"""
 
 
 @final

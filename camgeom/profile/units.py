@@ -11,18 +11,16 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from math import isclose
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import BaseModel
 
 from camgeom.errors import Problem
 from camgeom.motion.law import LAWS, Parameter
 from camgeom.profile.errors import OF_SLIDE, keys_of, models_in
+from camgeom.profile.sections import INCH
 from camgeom.profile.text import Path_, dotted, key_path
 
-INCH = 25.4
-"""mm, exactly (ISO 80000-3)"""
-Units = Literal["mm", "inch"]
 _LENGTH = re.compile(r"mm(?![\w/²³^])")
 
 

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any, final
 
 from camgeom.errors import CamgeomError, DesignError, ExportError, unmade
 from camgeom.immutable import immutable
-from camgeom.report.products import Product, Products
-from camgeom.report.result import Result, compute, explain
+from camgeom.report.result import Product, Products, Result, compute, explain
 
 if TYPE_CHECKING:
     from camgeom.export import Format

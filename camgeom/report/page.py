@@ -34,7 +34,7 @@ from camgeom.drawing.plots import NARROW, WIDE, chart_sheet
 from camgeom.drawing.polar import polar_sheet
 from camgeom.drawing.sheet import Sheet, number
 from camgeom.errors import unmade, visible
-from camgeom.report.products import Products
+from camgeom.report.result import Products
 from camgeom.report.scene import scene_json
 
 Plot = Chart | Map | Polar | Parallel | Drawing

@@ -10,7 +10,7 @@ from typing import Any, get_args
 
 from camgeom.checks.verdict import RANK
 from camgeom.report.figures import KEY_FIGURES, UNITS, VERSION
-from camgeom.report.products import Status
+from camgeom.report.result import Status
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 Schema = dict[str, Any]

@@ -7,7 +7,7 @@ Cam types only produce tracks (and a blank); flanks, checks, solids, contact and
 from __future__ import annotations
 
 from dataclasses import replace
-from math import asin, pi, sqrt, tan
+from math import asin, comb, pi, sqrt, tan
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +16,6 @@ import numpy.typing as npt
 from camgeom.errors import DesignError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
-from camgeom.maths.screw import constant_jet, seen_from_turning, slide_jet, swing_jet, unit_circle_jet
 from camgeom.motion.program import Program
 from camgeom.motion.table import Side
 
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
     from camgeom.track.carriage import Carriage
 
 Vector = tuple[float, float, float]
+Complexes = npt.NDArray[np.complex128]
 
 TURN = 2.0 * pi
 
@@ -98,7 +98,7 @@ class Slide:
         order, n = len(coordinate) - 1, coordinate.shape[1]
         return slide_jet(np.array(point), np.array(self.direction), coordinate), constant_jet(np.array(axis), order, n)
 
-    def velocity(self, x: Floats, turn: npt.NDArray[np.complex128]) -> Floats:
+    def velocity(self, x: Floats, turn: Complexes) -> Floats:
         """Velocity of follower points per unit of the coordinate, cam frame: (3, n, ...) for x (3, n, ...)."""
         e = _turned(np.array(self.direction), turn)
         return np.broadcast_to(e.reshape(3, -1, *([1] * (x.ndim - 2))), x.shape)
@@ -119,11 +119,11 @@ class Swing:
         points[0] += centre[:, None]
         return points, swing_jet(np.array(axis), spin, circle)
 
-    def spin(self, rate: Floats, turn: npt.NDArray[np.complex128]) -> Floats:
+    def spin(self, rate: Floats, turn: Complexes) -> Floats:
         """Turning of the follower, cam frame, (3, n), at a rate of the coordinate (n,)."""
         return np.asarray(rate * _turned(np.array(self.axis), turn))
 
-    def velocity(self, x: Floats, turn: npt.NDArray[np.complex128]) -> Floats:
+    def velocity(self, x: Floats, turn: Complexes) -> Floats:
         """Velocity of follower points per radian of the coordinate, cam frame: axis x (x - centre)."""
         shape = (3, -1, *([1] * (x.ndim - 2)))
         w = _turned(np.array(self.axis), turn).reshape(shape)
@@ -178,7 +178,7 @@ class Pose:
 
     a: Floats
     u: Floats
-    turn: npt.NDArray[np.complex128]
+    turn: Complexes
     pace: Floats | None = None
     slid: Floats | None = None
 
@@ -298,7 +298,7 @@ class Track:
             point[1, 0] += 1.0
         return Pose(point, direction, np.ones(len(phi), dtype=np.complex128), carriage.pace(phi), travel)
 
-    def spin(self, phi: Floats, turn: npt.NDArray[np.complex128]) -> Floats:
+    def spin(self, phi: Floats, turn: Complexes) -> Floats:
         """Turning of what carries the roller relative to the cam, cam frame, rad per rad of the cam, (3, n)."""
         turning = np.zeros((3, len(phi)))
         if isinstance(self.joint, Swing):
@@ -360,7 +360,7 @@ class Track:
         return replace(self, meridian=Straight(meridian.radius, meridian.centre))
 
 
-def _turned(vector: Floats, turn: npt.NDArray[np.complex128]) -> Floats:
+def _turned(vector: Floats, turn: Complexes) -> Floats:
     """A fixed machine-frame vector in the cam frame, (3, n)."""
     z = (vector[0] + 1j * vector[1]) * turn
     return np.stack([z.real, z.imag, np.full(len(turn), vector[2])])
@@ -369,3 +369,78 @@ def _turned(vector: Floats, turn: npt.NDArray[np.complex128]) -> Floats:
 def cone_slope(half_angle: float, tip_sign: float) -> float:
     """dr/ddelta of a cone of the given half angle (rad) that narrows towards the tip."""
     return -tip_sign * tan(half_angle)
+
+
+# Jets of poses: a point or direction carried by a joint and seen from a turning body, with exact derivatives by the cam
+# angle up to order 3. They are component-major, (order + 1, 3, n): derivative order, xyz, cam angle.
+
+
+def constant_jet(vector: Floats, order: int, n: int) -> Floats:
+    """Jet of a vector that does not move, (order + 1, 3, n)."""
+    jet = np.zeros((order + 1, 3, n))
+    jet[0] = np.asarray(vector, dtype=float)[:, None]
+    return jet
+
+
+def slide_jet(point: Floats, direction: Floats, coordinate: Floats) -> Floats:
+    """Jet of a point that slides: point + coordinate * direction.
+
+    coordinate  (order + 1, n) jet of the joint coordinate, mm
+    Returns (order + 1, 3, n).
+    """
+    jet = coordinate[:, None, :] * np.asarray(direction, dtype=float)[None, :, None]
+    jet[0] += np.asarray(point, dtype=float)[:, None]
+    return np.asarray(jet)
+
+
+def unit_circle_jet(angle: Floats) -> Complexes:
+    """Jet of exp(i angle(phi)), (order + 1, n), by the chain rule (Faà di Bruno), order <= 3."""
+    order = len(angle) - 1
+    g = np.exp(1j * angle[0])
+    jet = np.empty((order + 1, *g.shape), dtype=complex)
+    jet[0] = g
+    if order >= 1:
+        jet[1] = 1j * angle[1] * g
+    if order >= 2:
+        jet[2] = (1j * angle[2] - angle[1] ** 2) * g
+    if order >= 3:
+        jet[3] = (1j * angle[3] - 3.0 * angle[1] * angle[2] - 1j * angle[1] ** 3) * g
+    return jet
+
+
+def swing_jet(vector: Floats, axis: Floats, circle: Complexes) -> Floats:
+    """Jet of a vector turned about a unit axis by the angle whose circle jet is given.
+
+    circle  (order + 1, n) from `unit_circle_jet`
+    Returns (order + 1, 3, n); the component along the axis stays.
+    """
+    vector, axis = np.asarray(vector, dtype=float), np.asarray(axis, dtype=float)
+    along = float(vector @ axis) * axis
+    across = vector - along
+    (a, b, c), (x, y, z) = axis.tolist(), across.tolist()
+    third = np.array([b * z - c * y, c * x - a * z, a * y - b * x])
+    jet: Floats = circle.real[:, None, :] * across[:, None]
+    jet += circle.imag[:, None, :] * third[:, None]
+    jet[0] += along[:, None]
+    return jet
+
+
+def seen_from_turning(jet: Floats, turn: Complexes, sense: float) -> Floats:
+    """Jet in a frame that turns by sense * phi about Z: Rz(-sense phi) applied with all its derivatives.
+
+    jet   (order + 1, 3, n) in the fixed frame
+    turn  (n,) exp(-i sense phi), computed once per angle by the caller
+    In the plane, d/dphi of exp(-i sense phi) z is exp(-i sense phi) (z' - i sense z); Leibniz gives every order.
+    """
+    order = len(jet) - 1
+    z = jet[:, 0] + 1j * jet[:, 1]
+    out = np.empty_like(jet)
+    spin = -1j * sense
+    for k in range(order + 1):
+        total = z[k].copy()
+        for j in range(k):
+            total += comb(k, j) * spin ** (k - j) * z[j]
+        total *= turn
+        out[k, 0], out[k, 1] = total.real, total.imag
+        out[k, 2] = jet[k, 2]
+    return out

@@ -81,6 +81,27 @@ def test_check_enters_only_what_it_asks(profile: str, others: set[str]) -> None:
     assert "numpy.polynomial" not in loaded
 
 
+@pytest.mark.parametrize(
+    ("profile", "most_read", "most_checked"),
+    [("pin_insertion", 38, 75), ("disc_offset_roller", 41, 84), ("conical_indexer", 38, 85)],
+)
+def test_reading_and_checking_enter_few_modules(profile: str, most_read: int, most_checked: int) -> None:
+    """How many modules of camgeom a drum, a disc and a globoid enter: who needs one more says here why."""
+    path = f"profiles/{profile}.toml"
+    count = "\nprint(sum(name.partition('.')[0] == 'camgeom' for name in sys.modules))"
+    read, checked = (
+        int(subprocess.run([sys.executable, "-c", code + count], capture_output=True, text=True, check=True,
+                           cwd=PACKAGE.parent).stdout)
+        for code in (
+            f"import sys, camgeom\ncamgeom.read({path!r})",
+            "import contextlib, io, sys\nfrom camgeom.cli import main\nwith contextlib.redirect_stdout(io.StringIO()):"
+            f"\n    main(['check', {path!r}])",
+        )
+    )  # fmt: skip
+    assert read <= most_read
+    assert checked <= most_checked
+
+
 def command_loads(environment: dict[str, str]) -> set[str]:
     """All modules after a check as the `camgeom` command runs it."""
     code = (

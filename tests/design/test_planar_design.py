@@ -17,19 +17,17 @@ from camgeom.design.planar import (
     best_offset,
     margins,
     smallest_base_radius,
-    smallest_flat_base,
     smallest_prime_radius,
-    tool_path,
     with_key,
 )
 from camgeom.errors import DesignError, ExportError
 from camgeom.export import write
 from camgeom.model import Model
 from camgeom.profile import read as read_profile
-from camgeom.track.outline import OutlineIntegrals
+from camgeom.track.outline import OutlineIntegrals, ParallelOutline
 from tests.places import PROFILES
 from tests.reference.machines import pin_cam, pin_setup
-from tests.reference.planar_machines import HARMONIC, disc, flat
+from tests.reference.planar_machines import HARMONIC, disc, flat, smallest_flat_base
 
 
 @pytest.mark.parametrize("offset", [-8.0, 0.0, 8.0])
@@ -86,11 +84,11 @@ def test_tool_paths_are_parallel_to_the_profile() -> None:
     model = disc("", 'kind = "translating"\noffset = 7')
     phi = np.linspace(0.0, 2.0 * pi, 361)
     profile, pitch = model.planar.outlines["profile"], model.planar.outlines["pitch curve"].curve(phi)
-    same = tool_path(profile, 10.0).curve(phi)
+    same = ParallelOutline(profile, 10.0).curve(phi)
     assert same.points == pytest.approx(pitch.points, abs=1e-12)
     assert same.curvature == pytest.approx(pitch.curvature, rel=1e-10)
-    wheel = tool_path(profile, 150.0)
-    back = tool_path(wheel, -150.0).curve(phi)
+    wheel = ParallelOutline(profile, 150.0)
+    back = ParallelOutline(wheel, -150.0).curve(phi)
     assert back.points == pytest.approx(profile.curve(phi).points, abs=1e-12)
     one, two = (OutlineIntegrals(curve).properties for curve in (profile, wheel))
     assert two.perimeter == pytest.approx(one.perimeter + 2.0 * pi * 150.0, rel=1e-12)

@@ -8,7 +8,6 @@ import ezdxf
 import numpy as np
 import pytest
 
-from camgeom.design.planar import smallest_flat_base
 from camgeom.errors import ExportError, NotConverged
 from camgeom.export import write
 from camgeom.maths.curves import PlaneCurve, chords, fitted
@@ -18,7 +17,7 @@ from camgeom.profile import parse
 from camgeom.track.flank import Flank
 from tests.oracle.envelope import roller_distance, swept_distance
 from tests.places import PROFILES
-from tests.reference.planar_machines import flat
+from tests.reference.planar_machines import flat, smallest_flat_base
 
 
 def changed(name: str, old: str, new: str) -> Model:

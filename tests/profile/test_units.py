@@ -15,7 +15,8 @@ from camgeom.profile import Profile, from_data, parse, read
 from camgeom.profile.errors import keys_of
 from camgeom.profile.reader import Reader
 from camgeom.profile.schema import schema
-from camgeom.profile.units import INCH, is_length
+from camgeom.profile.sections import INCH
+from camgeom.profile.units import is_length
 from camgeom.report.answer import Memory, answers
 from camgeom.report.part_sheet import part_sheet
 from camgeom.report.result import compute

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from camgeom.maths import Floats
+from camgeom.maths.extremum import piece_grid, refined_maximum
 from camgeom.model import Model
+from camgeom.motion.program import Program
 from camgeom.profile import parse
 
 REFERENCE = [(120, 20, "cycloidal"), (150, None, None), (270, 0, "cycloidal"), (360, None, None)]
@@ -121,3 +126,17 @@ def b1(base: float = 130, cam: str = "", follower: str = "", law: str = "3-4-5",
 
 def machine(law: str = "simple-harmonic", roller: str = "", follower: str = "") -> Model:
     return Model(parse(PAPER.format(law=law, roller=roller, follower=follower)))
+
+
+def smallest_flat_base(program: Program, radius: float = 0.0) -> float:
+    """Smallest base radius, mm, of a translating flat face whose profile keeps a radius of curvature (mm).
+
+    rho = base + s + s'', so base is the largest of radius - s - s'' over the turn.
+    """
+
+    def needed(phi: Floats) -> Floats:
+        s, _, dds = program.jet(phi, 2)
+        return np.asarray(radius - s - dds)
+
+    phi, owner = piece_grid(program.knots, 720)
+    return max(0.0, refined_maximum(needed, phi, owner, needed(phi))[0])

@@ -11,9 +11,9 @@ from camgeom.cli import Console, main
 from camgeom.cli import model as commands
 from camgeom.drawing.content import Level, Page, Table
 from camgeom.drawing.sheet import ticks
+from camgeom.maths.frozen import Ledger
 from camgeom.maths.mesh import Mesh
 from camgeom.model import Model
-from camgeom.model.facts import Ledger
 from camgeom.report.page import verdict_box
 from camgeom.report.sections.bodies import face_bodies
 from camgeom.report.sections.design import across

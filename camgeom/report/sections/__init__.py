@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, final
 from camgeom.drawing.content import Block, Chapter, Page, Text
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import within_range
-from camgeom.report.products import Products
+from camgeom.report.result import Products
 
 if TYPE_CHECKING:
     from camgeom.checks.verdict import Verdict

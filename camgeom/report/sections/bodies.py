@@ -8,8 +8,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from camgeom.maths import Floats
+from camgeom.maths.frozen import once
 from camgeom.maths.mesh import Mesh, rowed
-from camgeom.model.facts import once
 from camgeom.track import TURN, Swing, Track
 from camgeom.track.outline import FaceOutline, FlatFace, RollerOutline
 

@@ -11,7 +11,7 @@ from camgeom.drawing.content import Block, Cell, Column, Cost, Table, Text
 from camgeom.drawing.sheet import number
 from camgeom.errors import CamgeomError
 from camgeom.keys import Section
-from camgeom.report.products import Product
+from camgeom.report.result import Product
 from camgeom.track.flank import Flank
 
 if TYPE_CHECKING:
