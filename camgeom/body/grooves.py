@@ -314,7 +314,8 @@ def grooves_of(part: Part, cutters: Sequence[tuple[Track, ...]]) -> DrumGrooves 
     if isinstance(part, GroovedDrum) and part.fits():
         order = tuple(part.rings.index(ring) for ring in part.ordered)
         return DrumGrooves(tuple(DrumGroove(part.rings[k]) for k in order), order)
-    if isinstance(part, GroovedPlate) and len(part.grooves) == 2 and isinstance(part.rim.outline, CircleOutline):
+    circle = isinstance(part, GroovedPlate) and isinstance(part.rim.outline, CircleOutline)
+    if isinstance(part, GroovedPlate) and circle and len(part.grooves) == 2 and not part.leans:
         each = sorted(range(2), key=lambda k: -part.grooves[k].way)
         upper, lower = (PlateGroove(part, cutters[k][0], k) for k in each)
         return PlateGrooves((upper, lower), (each[0], each[1]))

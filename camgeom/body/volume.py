@@ -47,8 +47,8 @@ Index = npt.NDArray[np.int64]
 STEP = 0.05
 """rad between the planes beside the load"""
 NO_RING = (
-    "plates that slide, plates whose rim is a track beside a groove, and undercut bodies are not meshed: give an FE "
-    "program the STEP file of this body"
+    "plates that slide, plates whose rim is a track beside a groove or on which a wall of several tracks leans, and "
+    "undercut bodies are not meshed: give an FE program the STEP file of this body"
 )
 NO_LEANING_PAIR = "the leaning discs of a pair of cones are not meshed: give an FE program their STEP file"
 NO_LOAD = "nothing presses this body: there is no load"

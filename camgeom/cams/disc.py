@@ -124,11 +124,7 @@ class Disc(Cam):
 
     def together(self, others: Sequence[Cam], rollers: Sequence[AnyRoller | None]) -> list[Problem]:
         """A groove a face, and one profile as the rim; a plate with one track has it in its upper face."""
-        cones = [k for k, roller in enumerate(rollers) if isinstance(roller, ConeRoller)]
-        if others and cones:
-            key = f"track[{cones[0] - 1}].roller.shape" if cones[0] else "roller.shape"
-            limit = "cylinder or crowned, where a disc has several tracks; a cone has its disc alone"
-            return [problem(key, "cone", limit)]
+        del rollers
         return _contradictions([(cam.form, cam.face, cam.rim) for cam in (self, *others) if isinstance(cam, Disc)])
 
     def joined(self, mechanisms: Sequence[Mechanism]) -> tuple[tuple[Part, ...], tuple[Wall, ...]]:
@@ -137,8 +133,8 @@ class Disc(Cam):
 
         discs = [one for one in mechanisms if isinstance(one, DiscMechanism)]
         grooves = {f"groove {k}": one.face_groove for k, one in enumerate(discs, 1) if one.face_groove is not None}
-        profile = next((one.profile for one in discs if one.face_groove is None), None)
-        rim = Loop(CircleOutline(0.5 * (self.diameter or 0.0)), "rim") if profile is None else Loop(profile, "flank")
+        profile = next((one.flanks[0] for one in discs if one.face_groove is None), None)
+        rim = profile or Loop(CircleOutline(0.5 * (self.diameter or 0.0)), "rim")
         plate = plate_of(grooves, rim, self.width, discs[0].bore)
         return (plate,), plate.walls
 

@@ -40,7 +40,10 @@ LOADED: frozenset[Need] = frozenset(
 LIFTED = "the follower leaves its cam (see lift-off), so there is no periodic force to judge"
 COARSEST = 0.01
 """largest error, as a share of the peak, of a vibration that is judged"""
-NO_STRESS = "the body has no bore that could hold it, its groove is no closed ring, or there is no [operation]"
+NO_STRESS = (
+    "the body has no bore that could hold it, its groove is no closed ring, a wall beside another track leans, or "
+    "there is no [operation]"
+)
 LIMIT = "material.cam.bending_limit"
 FRAME_LIMIT = "material.roller.bending_limit"
 NO_LIMIT = "give {}, MPa, and the body is solved; `solve --only body` shows its stress without"

@@ -195,8 +195,9 @@ def _planar(title: str, spec: CutterSpec, mechanisms: Sequence[Mechanism], parts
     cutters = [track for one in mechanisms for track in one.cutters]
     safe = 0.0
 
-    def leaning(track: Track) -> None:
+    def leaning(track: Track, face: str = "") -> None:
         nonlocal groups
+        track = replace(track, name=f"{face} face, {track.name}") if face and len(mechanisms) > 1 else track
         along, rows_ = _leaning(spec, track)
         paths.extend(along)
         groups += rows_
@@ -219,12 +220,14 @@ def _planar(title: str, spec: CutterSpec, mechanisms: Sequence[Mechanism], parts
         elif isinstance(part, GroovedPlate):
             rim = part.rim.outline
             safe = rim.radius if isinstance(rim, CircleOutline) else 0.0
-            if part.rim.name == "flank":
+            if part.rim.upper is not None:
+                leaning(next(one for one in mechanisms if one.face_groove is None).cutters[0])
+            elif part.rim.name == "flank":
                 outside("rim", rim, (part.z0, part.z1), -rim.distance if isinstance(rim, RollerOutline) else None)
             grooved = [one for one in mechanisms if one.face_groove is not None]
             for groove, own in zip(part.grooves, grooved):
                 if groove.inner.upper is not None:
-                    leaning(own.cutters[0])
+                    leaning(own.cutters[0], groove.face)
                     continue
                 inner = groove.inner.outline
                 assert isinstance(inner, RollerOutline)

@@ -12,6 +12,8 @@ from camgeom.keys import Degrees, Gap, Length, Section
 from camgeom.track import Arc, Slide, Straight, Track
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from camgeom.solid.mechanism import Mechanism
 
 Kind = Literal["roller", "flat", "ball", "wheel"]
@@ -134,6 +136,13 @@ class CutterSpec(Section):
         place = track.meridian.parameter(track.tip) if self.half_angle else 0.5 * sum(wall_ends(track))
         return roller_at(track, place)[1]
 
+    def upright(self, mechanisms: Sequence[Mechanism]) -> list[Problem]:
+        """What is wrong with a fitted axis on a disc of which no flank leans."""
+        flat = all(one.blank is None and one.carriage is None for one in mechanisms)
+        if self.axis != "fitted" or not flat or any(map(leaning, mechanisms)):
+            return []
+        return [_problem("axis", self.axis, "roller, for a disc")]
+
     def largest(self, track: Track) -> float:
         """Largest radius of a tool that goes into a groove, mm: of a taper at its end."""
         return self._half(track) if self.half_angle else narrowest(track)
@@ -150,7 +159,9 @@ class CutterSpec(Section):
         if leaning(mechanism):
             return found + self._leaning_problems(mechanism.cutters)
         if mechanism.blank is None:
-            return found + self._planar_problems(mechanism.roller is not None)
+            # A straight flank may stand beside one that leans: `upright` asks all tracks of a disc.
+            found += self._planar_problems(mechanism.roller is not None)
+            return [one for one in found if one.key != "cutter.axis" or self.axis != "fitted"]
         tracks = mechanism.cutters
         if self.overrun:
             found.append(_problem("overrun", self.overrun, "0: only the flank of a disc has a lower face to pass"))

@@ -93,7 +93,8 @@ def _flank_slack(model: Model, solid: Solid) -> float:
 
 def _vertices(model: Model, solid: Solid, track: Track | None) -> Floats:
     """Vertices (v, 3) of a body; of the wall of a disc or plate, which has them at its ends, beside the roller."""
-    if track is None or (model.planar is None and model.mechanism.carriage is None):
+    plane = any(one.planar is not None or one.profiles is not None for one in model.grooves)
+    if track is None or (not plane and model.mechanism.carriage is None):
         return solid.mesh.vertices
     return wall_points(solid.mesh, 0.5 * sum(track.contact))
 

@@ -162,22 +162,24 @@ def flank_surfaces(model: Model) -> tuple[FlankSurface, ...]:
     for one in model.grooves:
         one.refuse_folded()
     found: list[FlankSurface] = []
-    if model.planar is not None:
+    if any(one.planar is not None for one in model.grooves):
         for part in model.parts:
             if isinstance(part, Prism):
                 name = "profile" if len(model.parts) == 1 else part.name
                 found.append(PrismFlank(name, part.outer.outline, (part.z0, part.z1)))
             elif isinstance(part, GroovedPlate):
-                if part.rim.name == "flank":
+                if part.rim.name == "flank" and part.rim.upper is None:
                     found.append(PrismFlank("rim", part.rim.outline, (part.z0, part.z1)))
                 for groove in part.grooves:
                     of = f"{groove.face} " if len(model.grooves) > 1 else ""
                     low, high = sorted((groove.foot, groove.top))
                     for name, loop, sign in (("inner flank", groove.inner, 1.0), ("outer flank", groove.outer, -1.0)):
-                        found.append(PrismFlank(of + name, loop.outline, (low, high), sign))
-    else:
+                        if loop.upper is None:
+                            found.append(PrismFlank(of + name, loop.outline, (low, high), sign))
+    leaning = [one for one in model.grooves if one.planar is None]
+    if leaning:
         several = len(model.grooves) > 1
-        for number, survey in [(one.groove + 1, survey) for one in model.grooves for survey in one.flanks]:
+        for number, survey in [(one.groove + 1, survey) for one in leaning for survey in one.flanks]:
             cutter, which = survey.cutter, f" {number}" if several else ""
             touched = sorted(cutter.meridian.parameter(d) for d in survey.track.contact)
             ends = float(survey.wall[0]), float(survey.wall[-1])

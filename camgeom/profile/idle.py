@@ -95,16 +95,20 @@ def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
 
 
 def idle_way(profile: Profile) -> list[Problem]:
-    """The problem of a `cutter.milling` that changes nothing on any track of the body."""
+    """The problem of a `cutter.milling` that changes nothing, and of a `cutter.axis`, on any track of the body."""
     cutter = profile.cutter_spec
-    if cutter is None or cutter.milling == "climb":
+    if cutter is None or (cutter.milling == "climb" and cutter.axis != "fitted"):
         return []
     alone = (profile, *(track.whole for track in profile.tracks))
     try:
-        reasons = [cutter.one_way(one.cam.mechanism(one.setup())) for one in alone]
+        mechanisms = [one.cam.mechanism(one.setup()) for one in alone]
+        found = cutter.upright(mechanisms)
+        reasons = [cutter.one_way(one) for one in mechanisms]
     except DesignError:
         return []  # Of flanks that cannot be made nothing is known; whoever asks for them is told.
-    return [Problem("cutter.milling", MESSAGE, cutter.milling, "", reasons[0])] if all(reasons) else []
+    if cutter.milling == "climb" or not all(reasons):
+        return found
+    return [*found, Problem("cutter.milling", MESSAGE, cutter.milling, "", reasons[0])]
 
 
 def _of_bearing(profile: Profile, table: str, roller: AnyRoller) -> dict[str, str]:

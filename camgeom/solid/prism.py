@@ -116,6 +116,15 @@ class FaceGroove:
         return "upper" if self.way > 0.0 else "lower"
 
     @property
+    def heights(self) -> tuple[float, float]:
+        """Of its floor and its mouth, from below up, mm."""
+        return min(self.floor, self.top), max(self.floor, self.top)
+
+    def at_floor(self, loop: Loop) -> Outline:
+        """A flank at the floor, as if the root were sharp."""
+        return loop.outline if self.way > 0.0 or loop.upper is None else loop.upper
+
+    @property
     def foot(self) -> float:
         """Height at which the flanks end, mm: at the floor, or a root's radius off it."""
         return self.floor + self.way * self.root
@@ -136,8 +145,7 @@ class FaceGroove:
         inside, up = loop is self.outer, self.way > 0.0
         if self.root:
             return gridded(builder, self.rounded(loop, tolerance, free), ("root", loop.name), tolerance, inside, up)
-        low, high = sorted((self.floor, self.top))
-        made = wall(builder, loop, low, high, tolerance, inside, free)
+        made = wall(builder, loop, *self.heights, tolerance, inside, free)
         return made if up else LoopWall(made.above, made.below, made.high, made.low, made.errors)
 
     def rounded(self, loop: Loop, tolerance: float, free: float | None = None) -> Grid:
@@ -171,8 +179,8 @@ class GroovedPlate(QuickPart):
 
     @property
     def leans(self) -> bool:
-        """True where a flank of a groove is another curve at every height."""
-        return any(groove.inner.upper is not None for groove in self.grooves)
+        """True where a flank is another curve at every height."""
+        return self.rim.upper is not None or any(groove.inner.upper is not None for groove in self.grooves)
 
     def refuse_open(self) -> None:
         """Raise DesignError where a groove runs into the other one, out of the rim or through the plate."""
@@ -191,7 +199,7 @@ class GroovedPlate(QuickPart):
             up = groove.way > 0.0
             outer, inner = (groove.flank(builder, loop, tolerance, free) for loop in (groove.outer, groove.inner))
             side = [w.high if up else w.low for w in (rim, *hole)]
-            cap(builder, [side[0], outer.high], [rim.above, outer.above], "end", up)
+            cap(builder, [side[0], outer.high], [rim.above if up else rim.below, outer.above], "end", up)
             cap(builder, [inner.high, *side[1:]], [inner.above, *(w.above for w in hole)], "end", up)
             # The floor lies between the flanks' feet: its outer boundary is the outer flank, its hole the inner one.
             cap(builder, [outer.low[::-1], inner.low[::-1]], [outer.below[::-1], inner.below[::-1]], "floor", up)
@@ -199,7 +207,7 @@ class GroovedPlate(QuickPart):
             open_faces.discard(groove.way)
         for way in open_faces:
             rings = [w.high if way > 0.0 else w.low for w in (rim, *hole)]
-            cap(builder, rings, [w.above for w in (rim, *hole)], "end", way > 0.0)
+            cap(builder, rings, [w.above if way > 0.0 else w.below for w in (rim, *hole)], "end", way > 0.0)
         error, free_error = stated([pair for w in walls for pair in w.errors], free)
         return Solid(self.name, builder.mesh(), error, "direct", len(hole), free_error)
 

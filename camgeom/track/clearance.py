@@ -160,9 +160,11 @@ def wall_ends(mesh: Mesh) -> tuple[Floats, Floats]:
 
 def wall_points(mesh: Mesh, height: float) -> Floats:
     """Vertices (v, 3) of a planar cam, those of its flanks moved along Z to `height` as far as each wall reaches, mm:
-    a roller shorter than the wall touches between its ends."""
+    a roller shorter than the wall touches between its ends. Those of walls that lean stay where they are."""
     points = mesh.vertices.copy()
-    points[:, 2] = np.clip(height, *wall_ends(mesh))
+    _, place, count = np.unique(points[:, :2], axis=0, return_inverse=True, return_counts=True)
+    straight = count[place.ravel()] > 1
+    points[straight, 2] = np.clip(height, *wall_ends(mesh))[straight]
     return points
 
 

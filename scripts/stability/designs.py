@@ -19,7 +19,8 @@ KINDS = (
 )  # fmt: skip
 """the kind of a seed is KINDS[seed % 20]; those that cost most come less often"""
 LATER, KINDS_LATER = 100_000, ("end-face", "unequal-pair", "stations", "grooves", "linear", "faces",
-                              "linear-edge", "disc-cone", "conical", "bell", "groove-cone", "pair-cone")  # fmt: skip
+                              "linear-edge", "disc-cone", "conical", "bell", "groove-cone", "pair-cone",
+                              "faces-cone")  # fmt: skip
 """kinds that came when the seeds below had been judged already: those of seeds from LATER on, EACH of one after another
 """
 EACH = 10_000
@@ -100,6 +101,7 @@ def design(seed: int) -> dict[str, Any]:
         "disc-cone": _disc_cone,
         "groove-cone": _groove_cone,
         "pair-cone": _pair_cone,
+        "faces-cone": _faces_cone,
         "parallel-index": _plates,
     }[kind](dice)
     data["name"] = f"seed {seed}"
@@ -446,6 +448,22 @@ def _faces(dice: Dice) -> dict[str, Any]:
     for track in others:
         track["angle"] = dice.between(0.0, 359.0)
     return {**first, "cam": {**body, **first["cam"]}, "track": others}
+
+
+def _faces_cone(dice: Dice) -> dict[str, Any]:
+    """Several tracks on one disc, of which one roller is a cone at least, or so it was meant."""
+    data = _faces(dice)
+    width = data["cam"]["width"]
+    for table in (data, *data["track"]):
+        if dice.chance(0.6):
+            cam, size = table["cam"], table["roller"]["diameter"]
+            depth = cam.get("groove_depth", width)
+            angle = float(np.degrees(np.arctan2(0.5 * size, depth))) * dice.log(0.02, 0.9)
+            length = min(table["roller"].get("length", width), depth)
+            table["roller"] = {"shape": "cone", "diameter": size, "length": length,
+                               "half_angle": dice.one(-1.0, 1.0) * min(angle, 60.0)}  # fmt: skip
+            cam.pop("root_radius", None)
+    return data
 
 
 def _on_disc(

@@ -117,32 +117,68 @@ def disc_walls(data, lifts, count=4001):
     """
     phi, found = np.linspace(0.0, TURN, count), {}
     tables = [(data["cam"], data["follower"], data["roller"]), *_further(data["cam"], data)]
-    ways = []
+    ways, width = [], data["cam"]["width"]
     for (cam, follower, roller), lift in zip(tables, lifts):
-        radius, turn = 0.5 * roller["diameter"], np.exp(-1j * _sense(data["cam"]) * phi)
-        x, y = np.broadcast_arrays(*_place(cam, follower, radius, lift)(phi), phi)[:2]
-        gap = cam.get("running_clearance", 0.0) if cam.get("form") == "groove" else 0.0
-        ways.append(((x + 1j * y) * turn, radius + gap))
+        turn = np.exp(-1j * _sense(data["cam"]) * phi)
+        x, y = np.broadcast_arrays(*_place(cam, follower, 0.5 * roller["diameter"], lift)(phi), phi)[:2]
+        ways.append((x + 1j * y) * turn)
     # Samples beside the nearest places seem further apart by what a step across adds to a distance of two radii.
-    steps = max(float(np.abs(np.diff(way)).max()) for way, _ in ways)
-    off = steps**2 / (2.0 * min(radius for _, radius in ways)) + 1e-9 * max(float(np.abs(way).max()) for way, _ in ways)
+    steps = max(float(np.abs(np.diff(way)).max()) for way in ways)
+    thin = min(float(_swath(table, width)[1].min()) for table in tables)
+    off = steps**2 / (2.0 * thin) + 1e-9 * max(float(np.abs(way).max()) for way in ways)
 
     def apart(i, j):
-        points = [np.stack([way.real, way.imag], axis=1) for way in (ways[i][0], ways[j][0])]
-        return float(cKDTree(points[0]).query(points[1])[0].min()) - ways[i][1] - ways[j][1]
+        points = [np.stack([way.real, way.imag], axis=1) for way in (ways[i], ways[j])]
+        return float(cKDTree(points[0]).query(points[1])[0].min())
 
     grooves = [i for i, (cam, _, _) in enumerate(tables) if cam.get("form") == "groove"]
     profile = next((i for i, (cam, _, _) in enumerate(tables) if cam.get("form") != "groove"), None)
     for i in grooves:
-        circle = None if profile is not None else 0.5 * data["cam"]["diameter"] - np.abs(ways[i][0]).max() - ways[i][1]
-        found[f"groove {i + 1}, outer flank to rim"] = circle if profile is None else apart(i, profile)
+        rim = (np.array([0.0, width]), np.zeros(2)) if profile is None else _swath(tables[profile], width)
+        between = apart(i, profile) if profile is not None else 0.5 * data["cam"]["diameter"] - np.abs(ways[i]).max()
+        found[f"groove {i + 1}, outer flank to rim"] = _across(_swath(tables[i], width), rim, between)
     if len(grooves) == 2:
         i, j = grooves
-        web, aside = data["cam"]["width"] - sum(tables[k][0]["groove_depth"] for k in grooves), apart(i, j)
-        edge = "floor to floor" if aside <= 0.0 else "edge to edge"
+        one, other = (_swath(tables[k], width) for k in grooves)
+        floors = [(z[-1], r[-1]) if tables[k][0].get("face") == "lower" else (z[0], r[0])
+                  for k, (z, r) in zip(grooves, (one, other))]  # fmt: skip
+        web = width - sum(tables[k][0]["groove_depth"] for k in grooves)
+        aside = apart(i, j) - floors[0][1] - floors[1][1]
         if abs(aside) > off:
-            found[f"groove {i + 1} to groove {j + 1}, {edge}"] = web if aside <= 0.0 else np.hypot(aside, max(web, 0.0))
+            edge = "floor to floor" if aside <= 0.0 else "edge to edge"
+            found[f"groove {i + 1} to groove {j + 1}, {edge}"] = (
+                web if aside <= 0.0 else _across(one, other, apart(i, j))
+            )
     return found, off
+
+
+def _swath(table, width):
+    """Heights of a wall's lower and upper end, and how far from the way of the roller's middle it stands there, mm."""
+    cam, _, roller = table
+    depth, below = cam.get("groove_depth", width), cam.get("face") == "lower" and cam.get("form") == "groove"
+    z = np.array([0.0, depth]) if below else np.array([width - depth, width])
+    lean = radians(roller.get("half_angle", 0.0)) if roller.get("shape") == "cone" else 0.0
+    length = min(roller["length"], depth)
+    grooved = cam.get("form") == "groove"
+    middle = (0.5 * length if below else width - 0.5 * length) if grooved else 0.5 * width
+    gap = cam.get("running_clearance", 0.0) / cos(lean) if grooved else 0.0
+    return z, 0.5 * roller["diameter"] + gap + (-1.0 if below else 1.0) * tan(lean) * (z - middle)
+
+
+def _across(one, other, between, count=601):
+    """Least distance of two walls seen along their tracks, whose rollers' middles are `between` apart, mm."""
+    points = []
+    for (z, r), way in ((one, 1.0), (other, -1.0)):
+        share = np.linspace(0.0, 1.0, count)
+        x = r[0] + (r[1] - r[0]) * share
+        points.append(np.stack([x if way > 0.0 else between - x, z[0] + (z[1] - z[0]) * share], axis=1))
+    low, high = max(p[0, 1] for p in points), min(p[-1, 1] for p in points)
+    if low <= high:
+        gaps = [np.interp(z, points[1][:, 1], points[1][:, 0]) - np.interp(z, points[0][:, 1], points[0][:, 0])
+                for z in (low, high)]  # fmt: skip
+        if min(gaps) <= 0.0:
+            return float(gaps[0] if gaps[0] <= 0.0 else gaps[1])
+    return float(cKDTree(points[0]).query(points[1])[0].min())
 
 
 def _one_body(judges):
@@ -243,6 +279,8 @@ def _disc(cam, follower, roller, lift, low, high):
 
         def stood(x, phi, k):
             del k
+            # A groove in the lower face is the same seen from below.
+            x = np.stack([x[..., 0], x[..., 1], width - x[..., 2]], -1) if below else x
             a = np.stack(np.broadcast_arrays(*place(phi), 0.0 * phi), -1)
             axis = np.array([0.0, 0.0, 1.0])
             return roller_distance(_machine(x, phi, sense), a, axis, grown, width - depth, False, shape)

@@ -122,6 +122,17 @@ def forward(
     return turned(point @ frame.T, turn), turned(spindle @ frame.T, turn)
 
 
+def fed_passes(blocks):
+    """Blocks that are fed, by passes: those between rapid ways."""
+    found = [[]]
+    for block in blocks:
+        if block["G"] == "G1":
+            found[-1].append(block)
+        elif found[-1]:
+            found.append([])
+    return [one for one in found if one]
+
+
 def dense(blocks, rotary, **how):
     """Ends and axes as a machine passes them between its blocks, straight in its own coordinates."""
     letters = [w for w in "XYZABC" if any(w in block for block in blocks)]

@@ -30,6 +30,7 @@ from camgeom.solid.blank import Bore
 from tests.oracle.cams import judges_of
 from tests.oracle.judge_volume import _width
 from tests.places import PROFILES, ROOT
+from tests.reference.profiles import enlarged
 
 sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 
@@ -139,13 +140,7 @@ def test_figures_scale_with_size(factor: float) -> None:
     data = {name: table for name, table in bell().items() if name not in ("operation", "lubricant", "material")}
     data = data | {"follower": {"kind": "translating"}, "roller": {"diameter": 2.0 * RADIUS, "length": LENGTH}}
 
-    def scaled(table: dict[str, Any]) -> dict[str, Any]:
-        return {k: v if isinstance(v, str) else v * factor for k, v in table.items()}
-
-    motion = tuple(s | ({"to": s["to"] * factor} if "to" in s else {}) for s in data["motion"])
-    large = data | {"cam": scaled(data["cam"]), "roller": scaled(data["roller"]), "motion": motion,
-                    "output": {"tolerance": 0.01 * factor}}  # fmt: skip
-    one, other = Model(from_data(data)), Model(from_data(large))
+    one, other = Model(from_data(data)), Model(from_data(enlarged(data, factor)))
     got, want = (compute(m, ("flank", "solid")).data for m in (other, one))
     for key, power in (("max_pressure_angle_deg", 0), ("undercut_margin", 0), ("min_relative_radius_mm", 1)):
         assert got["flank"][key] == pytest.approx(want["flank"][key] * factor**power, rel=1e-9)

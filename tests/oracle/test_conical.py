@@ -25,6 +25,7 @@ from camgeom.report.result import compute
 from tests.oracle.cams import judges_of
 from tests.oracle.stations import least_apart, torque
 from tests.places import PROFILES, ROOT
+from tests.reference.profiles import enlarged
 
 sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 
@@ -131,16 +132,7 @@ def test_figures_scale_with_size(factor: float) -> None:
     data = cone(running_clearance=0.05)
     small = {key: value for key, value in data.items() if key != "operation"} | {"follower": {"kind": "translating"}}
 
-    def scaled(table: dict[str, Any]) -> dict[str, Any]:
-        return {k: v if isinstance(v, str) or k == "half_angle" else v * factor for k, v in table.items()}
-
-    large = small | {
-        "cam": scaled(data["cam"]),
-        "roller": scaled(data["roller"]),
-        "motion": tuple(s | ({"to": s["to"] * factor} if "to" in s else {}) for s in data["motion"]),
-        "output": {"tolerance": min(1.0, 0.01 * factor)},
-    }
-    one, other = Model(from_data(small)), Model(from_data(large))
+    one, other = Model(from_data(small)), Model(from_data(enlarged(small, factor)))
     got, want = (compute(m, ("flank", "solid")).data for m in (other, one))
     for key, power in (("max_pressure_angle_deg", 0), ("undercut_margin", 0), ("min_relative_radius_mm", 1)):
         assert got["flank"][key] == pytest.approx(want["flank"][key] * factor**power, rel=1e-9)

@@ -21,7 +21,7 @@ from camgeom.model import Model
 from camgeom.report.result import compute
 from camgeom.track.outline import OutlineIntegrals, ParallelOutline, RollerOutline
 from tests.places import ROOT
-from tests.reference.profiles import built, data_of, model, said
+from tests.reference.profiles import data_of, model, said
 
 sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 
@@ -217,22 +217,6 @@ def test_what_it_does_not_take_is_named(name: str, keys: dict[str, Any], said: s
     with pytest.raises(ProfileError, match=said):
         model(name, **keys)
 
-
-def test_a_disc_with_several_tracks_takes_no_cone() -> None:
-    """The first of them on a profile made a rim that stood straight; see the changelog."""
-    lower = {"cam": {"face": "lower"}, "roller": CYLINDER}
-    plain = {"roller__shape": "cylinder", "roller__half_angle": None}
-    assert built(data_of(GROOVE, cam__width=44.0, **plain) | {"track": [lower]}).parts
-    with pytest.raises(ProfileError, match=r"roller\.shape: .* where a disc has several tracks"):
-        built(data_of(GROOVE, cam__width=44.0) | {"track": [lower]})
-    cone = {**CYLINDER, "shape": "cone", "half_angle": 3.0}
-    with pytest.raises(ProfileError, match=r"track\[0\]\.roller\.shape: .* where a disc has several tracks"):
-        built(data_of(GROOVE, cam__width=44.0, **plain) | {"track": [{**lower, "roller": cone}]})
-    rim = {"cam": {"form": "groove", "base_radius": 20.0, "groove_depth": 6.0, "rim": "profile"},
-           "roller": {"diameter": 8.0, "length": 6.0}}  # fmt: skip
-    small = {"cam__bore": 10.0, "cam__keyway_width": None, "cam__keyway_depth": None, "cam__base_radius": 60.0}
-    with pytest.raises(ProfileError, match=r"roller\.shape: .* where a disc has several tracks"):
-        built(data_of("conical_disc", **small) | {"track": [rim]})
 
 
 def test_a_long_cone_is_kept_off_the_other_disc_where_it_is_thickest() -> None:

@@ -18,7 +18,7 @@ from camgeom.errors import DesignError, ProfileError
 from camgeom.export import write
 from camgeom.model import Model
 from camgeom.profile import from_data
-from tests.oracle.cutter_simulation import dense, read_gcode, swept
+from tests.oracle.cutter_simulation import dense, fed_passes, read_gcode, swept
 from tests.oracle.test_conical_disc import DATA, centres, drawn
 from tests.places import PROFILES, ROOT
 
@@ -38,13 +38,7 @@ def made(folder: Path, data: dict[str, Any], **cutter: object) -> tuple[Model, s
     model = Model(from_data(data | {"cutter": cutter}))
     path = folder / "cam.gcode"
     write(model, path)
-    passes: list[list[dict]] = [[]]
-    for block in read_gcode(path):
-        if block["G"] == "G1":
-            passes[-1].append(block)
-        elif passes[-1]:
-            passes.append([])
-    return model, path.read_text(), [one for one in passes if one]
+    return model, path.read_text(), fed_passes(read_gcode(path))
 
 
 def flank_points(data: dict[str, Any], count: int = 60) -> list[np.ndarray]:

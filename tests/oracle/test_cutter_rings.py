@@ -15,7 +15,7 @@ from camgeom.errors import CamgeomError, DesignError, ProfileError
 from camgeom.export import write
 from camgeom.model import Model
 from camgeom.profile import from_data
-from tests.oracle.cutter_simulation import dense, read_gcode, swept
+from tests.oracle.cutter_simulation import dense, fed_passes, read_gcode, swept
 from tests.oracle.test_bell import ARM, CONE, CROWN, INNER, LENGTH, RADIUS, SWUNG, bell, oracle_of
 from tests.places import ROOT
 
@@ -35,17 +35,6 @@ def made(folder: Path, data: dict[str, Any], **cutter: object) -> tuple[Model, s
     return model, path.read_text(), read_gcode(path)
 
 
-def passes_of(blocks: list[dict]) -> list[list[dict]]:
-    """What is fed, by passes."""
-    found: list[list[dict]] = [[]]
-    for block in blocks:
-        if block["G"] == "G1":
-            found[-1].append(block)
-        elif found[-1]:
-            found.append([])
-    return [one for one in found if one]
-
-
 def flank_points(model: Model, data: dict[str, Any], count: int = 80) -> np.ndarray:
     """Points of the flanks that rollers placed from the keys touch, where no further out than the roller's end."""
     mesh, reach = model.solid.mesh, 0.5 * data["cam"]["inner_diameter"] + data["roller"]["length"]
@@ -57,7 +46,7 @@ def flank_points(model: Model, data: dict[str, Any], count: int = 80) -> np.ndar
 
 
 def left(blocks: list[dict], points: np.ndarray, tool: list[float], rotary: str = "C") -> np.ndarray:
-    return np.min([swept(points, *dense(one, rotary, inside=True), tool) for one in passes_of(blocks)], axis=0)
+    return np.min([swept(points, *dense(one, rotary, inside=True), tool) for one in fed_passes(blocks)], axis=0)
 
 
 def said(text: str) -> float:
@@ -106,10 +95,29 @@ def test_a_smaller_tool_leaves_what_is_stated(tmp_path: Path, keys: dict[str, fl
     least, largest = model.machined.least, model.machined.most
     assert least is not None
     assert largest is not None
-    assert len(passes_of(blocks)) == 2
+    assert len(fed_passes(blocks)) == 2
     assert least.value - said(text) < off.min()
     assert off.max() < largest.value + said(text)
     assert off.max() > most + 0.3 * (largest.value - most)
+
+
+def test_a_taper_stands_within_the_cone(tmp_path: Path) -> None:
+    data = bell(roller=CONE)
+    model, text, blocks = made(tmp_path, data, kind="flat", diameter=8.0, half_angle=8.0)
+    off = left(blocks, flank_points(model, data), [8.0, 0.0, 4.0, 0.0, 0.0, 8.0, 20.0, 20.0])
+    outcome = model.machined
+    assert outcome.certain
+    assert outcome.most is not None
+    assert len(fed_passes(blocks)) == 2
+    assert -said(text) < off.min()
+    assert off.max() < outcome.most.value + said(text)
+    # What it leaves is what a small end mill leaves in the groove of a cylinder: the wall is twisted.
+    assert 1e-4 < outcome.most.value < 5e-3
+    # It goes in as far as the roller's cone is as thick at the tool's end.
+    most = outcome.data()["largest_tool_diameter_mm"]
+    assert Model(from_data(data | {"cutter": {"kind": "flat", "half_angle": 8.0, "diameter": most}})).machining
+    with pytest.raises(ProfileError, match=r"cutter.diameter.*does not go into"):
+        from_data(data | {"cutter": {"kind": "flat", "half_angle": 8.0, "diameter": most + 1e-6}})
 
 
 def test_rows_of_a_ball_leave_their_ridges(tmp_path: Path) -> None:

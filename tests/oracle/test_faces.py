@@ -26,13 +26,15 @@ from camgeom.profile import from_data
 from camgeom.report.sections import report
 from camgeom.solid.prism import GroovedPlate
 from tests.oracle.cams import disc_walls
+from tests.oracle.cutter_simulation import dense, fed_passes, read_gcode, swept
 from tests.places import ROOT
 from tests.profile.cases import MOVES, frozen
 from tests.reference.profiles import built, changed
 
 sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 
-from judging import judge
+from designs import design
+from judging import _judges, judge
 
 Data = dict[str, Any]
 BOTH = f"""
@@ -318,3 +320,120 @@ def test_measured_points_find_the_flanks_of_both_faces(both: Model) -> None:
     flat = np.concatenate([x[:2], np.zeros((1, x.shape[1]))])
     with pytest.raises(ProfileError, match="points: need heights on a disc with several tracks"):
         inspect(both, MeasuredPoints(flat, True, None))
+
+
+def cones(data: Data, *leans: float) -> Data:
+    """The same with rollers of these half angles, the first one's first; 0: as it is."""
+    for table, lean in zip((data, *data["track"]), leans):
+        if lean:
+            table["roller"] = {**table["roller"], "shape": "cone", "half_angle": lean}
+            table["cam"].pop("root_radius", None)
+    return data
+
+
+LEANING = {
+    "first": cones(data_of(), 6.0),
+    "second": cones(data_of(), 0.0, -5.0),
+    "both": cones(data_of(), 6.0, 5.0),
+    "rim": cones(mixed("upper"), 7.0),
+    "all": cones(mixed("upper", "lower"), -6.0, 5.0, -4.0),
+}
+
+
+@pytest.mark.parametrize("direction", ["ccw", "cw"])
+@pytest.mark.parametrize("case", LEANING)
+def test_a_body_with_walls_that_lean_lies_where_the_oracle_says(case: str, direction: str) -> None:
+    data = LEANING[case]
+    record = judge({**data, "cam": {**data["cam"], "direction": direction}})
+    assert record["outcome"] == "good", record
+    assert 0.3 < record["error"] <= 1.0 + 1e-6
+
+
+@pytest.mark.parametrize("case", LEANING)
+def test_its_step_file_is_one_sound_body(case: str) -> None:
+    data = LEANING[case]
+    one = built(data)
+    solid = model_bodies(one)
+    assert isinstance(solid, Brep)
+    verdict = check_solid(solid, 1e-5)
+    assert verdict.problems == ()
+    volumes = [built(data | {"output": {"tolerance": size}}).solid.mesh.volume for size in (2e-3, 5e-4)]
+    assert verdict.volume == pytest.approx(volumes[1] + (volumes[1] - volumes[0]) / 3.0, rel=1e-6)
+
+
+def test_random_discs_of_several_tracks_and_cones() -> None:
+    outcomes = {seed: judge(design(seed), seed) for seed in range(220_000, 220_012)}
+    bad = {seed: one for seed, one in outcomes.items() if one["outcome"] in ("FAILURE", "stopped")}
+    assert not bad
+    assert any("error" in one for one in outcomes.values())
+
+
+@pytest.mark.parametrize(("share", "sound"), [(0.999, True), (1.001, False)])
+def test_a_leaning_wall_is_judged_where_it_is_thinnest(share: float, sound: bool) -> None:
+    """The upper groove's wall to the rim: at the mouth the cone is thicker by what it leans over half its length."""
+    lean = np.tan(np.radians(6.0))
+    # Both are widest at the upper face: the roller's middle is 5.5 mm below it, the profile's rim as high.
+    data = cones(data_of(), 6.0)
+    plain = {wall.name: wall.thickness for wall in built(data_of()).walls}["groove 1, outer flank to rim"]
+    least = plain - 5.5 * lean
+    found = next(one for one in findings(built(data | {"limits": {"min_wall_mm": share * least}}), ["wall"])
+                 if "groove 1, outer" in one.where)  # fmt: skip
+    assert found.value == pytest.approx(least, abs=1e-9)
+    assert found.passed is sound
+
+
+def test_grooves_beside_each_other_leave_the_way_between_their_walls() -> None:
+    """A narrow groove within a wide one: from the foot of the one to the wall of the other, by hand."""
+    data = cones(data_of(cam__base_radius=30.0, cam__groove_depth=22.0), 0.0, 8.0)
+    data["track"][0]["cam"] |= {"base_radius": 78.0, "groove_depth": 25.0, "running_clearance": 0.0}
+    data["cam"] |= {"diameter": 280.0, "bore": 20.0}
+    walls = {wall.name: wall.thickness for wall in built(data).walls}
+    # Rises differ in time, so that the nearest are a dwell at the top beside one at rest: by their middles alone.
+    programs = [one.setup.program for one in built(data).grooves]
+    wanted, off = disc_walls(data, [lambda phi, one=one: one.jet(phi, 0)[0] for one in programs])
+    name = "groove 1 to groove 2, edge to edge"
+    assert wanted[name] == pytest.approx(walls[name], abs=off)
+    straight = cones(data_of(cam__base_radius=30.0, cam__groove_depth=22.0))
+    straight["track"][0]["cam"] |= {"base_radius": 78.0, "groove_depth": 25.0, "running_clearance": 0.0}
+    straight["track"][0]["cam"].pop("root_radius")
+    straight["cam"] |= {"diameter": 280.0, "bore": 20.0}
+    assert {wall.name: wall.thickness for wall in built(straight).walls}[name] != pytest.approx(walls[name], abs=0.1)
+
+
+@pytest.mark.parametrize("keys", [{}, {"kind": "flat", "diameter": 9.0, "axis": "fitted"}])
+def test_every_wall_of_both_faces_is_cut_from_its_own_side(tmp_path: Path, keys: Data) -> None:
+    data = cones(data_of(cam__running_clearance=0.02), 0.0, 5.0)
+    model = built({**data, "cutter": keys})
+    file = tmp_path / "cam.gcode"
+    camgeom.write(model, file)
+    text = file.read_text()
+    within = float(re.search(r"PATH WITHIN ([0-9.E-]+)", text)[1])
+    upper, lower = text.split("M0\nG55\n")
+    file.write_text(upper[: upper.rindex("G53")])
+    above = fed_passes(read_gcode(file))
+    file.write_text("G43 H1\n" + lower)
+    below = fed_passes(read_gcode(file))
+    mesh, (oracle,) = model.solid.mesh, _judges(model, data)
+    points = mesh.vertices[mesh.group_vertices("flank")]
+    assert np.abs(oracle.least(points[::20])).max() < 1e-6
+    rng = np.random.default_rng(1)
+    for blocks, face, tool in ((above, points[points[:, 2] > 20.0], 0), (below, points[points[:, 2] < 20.0], -1)):
+        some = face[rng.permutation(len(face))[:40]]
+        if tool:
+            some = some * [1.0, -1.0, -1.0] + [0.0, 0.0, 40.0]
+        numbers = [*model.machining.tools[tool].apt(30.0)]
+        off = np.min([swept(some, *dense(one, "C", upright=True), numbers) for one in blocks], axis=0)
+        assert np.abs(off).max() < within + 1e-4
+    assert ("TILTS" in text) == bool(keys)
+
+
+def test_what_leaning_walls_do_not_have_is_told() -> None:
+    with pytest.raises(ProfileError, match=r"cutter\.axis.*roller, for a disc"):
+        built(data_of(cutter={"kind": "flat", "diameter": 9.0, "axis": "fitted"}))
+    with pytest.raises(ProfileError, match=r"cutter\.half_angle.*0, or that of the roller, 0 deg"):
+        built({**cones(data_of(), 0.0, 5.0), "cutter": {"kind": "flat", "diameter": 9.0, "half_angle": 5.0}})
+    data = cones(data_of(operation={"speed": 200.0, "friction": 200.0}, material={"cam": {"bending_limit": 400.0}}),
+                 0.0, 5.0)  # fmt: skip
+    said = judged(built(data), ["root-stress"])
+    assert not said.findings
+    assert any("lean" in word.reason for word in said.not_judged)

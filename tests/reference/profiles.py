@@ -51,3 +51,15 @@ def said(made: Model, check: str) -> list[Finding]:
 @lru_cache(maxsize=48)
 def _kept(name: str, changes: bytes) -> Model:
     return Model(from_data(data_of(name, **pickle.loads(changes)), name))
+
+
+def enlarged(data: dict[str, Any], factor: float) -> dict[str, Any]:
+    """The tables of a sliding follower's cam so many times as large: all lengths of [cam], [roller] and the lifts."""
+
+    def lengths(table: dict[str, Any]) -> dict[str, Any]:
+        return {key: value if isinstance(value, str) or key == "half_angle" else value * factor
+                for key, value in table.items()}  # fmt: skip
+
+    motion = tuple(s | ({"to": s["to"] * factor} if "to" in s else {}) for s in data["motion"])
+    return data | {"cam": lengths(data["cam"]), "roller": lengths(data["roller"]), "motion": motion,
+                   "output": {"tolerance": min(1.0, 0.01 * factor)}}  # fmt: skip

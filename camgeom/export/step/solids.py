@@ -228,8 +228,10 @@ def walled(
 def grooved_plate_solid(body: GroovedPlate, tolerance: float = TOLERANCE) -> Brep:
     """The plate with a groove in one face or in both; raises as `planar_solid`."""
     body.refuse_open()
-    rim = closed(body.rim, body.name)
-    outside = wall(rim, body.z0, body.z1, 1.0, tolerance)
+    ends = body.z0, body.z1
+    rim_of = body.rim
+    outside = (wall(closed(rim_of, body.name), *ends, 1.0, tolerance) if rim_of.upper is None
+               else walled(rim_of, body, ends, 1.0, tolerance))  # fmt: skip
     bore = [wall(hole, body.z0, body.z1, -1.0, tolerance) for hole in bore_holes(body.bore)]
     shells, flats, open_faces = [outside, *bore], list[Face](), {1.0, -1.0}
     for groove in body.grooves:
@@ -276,9 +278,8 @@ def edge_solid(body: EdgePlate, tolerance: float = TOLERANCE) -> Brep:
 
 def _flank(groove: FaceGroove, loop: BodyLoop, body: GroovedPlate, outward: float, tolerance: float) -> Shell:
     """The shell of one flank with its root, from the lower end up."""
-    low, high = sorted((groove.floor, groove.top))
     if not groove.root:
-        return walled(loop, body, (low, high), outward, tolerance)
+        return walled(loop, body, groove.heights, outward, tolerance)
     up, outline = groove.way > 0.0, closed(loop, body.name)
     keep_bore_inside(outline, body.bore, body.name)
 
