@@ -339,8 +339,8 @@ class Indexer(Driven):
             values = some[np.arange(len(some)), at]
             hoped = np.flatnonzero(_hope(values, SPIKE * _steepest(some.T)) > best[variant])
             window = window[hoped]
-            wall = (np.full(len(window), one) for one in (side, far))
-            parts.append(Windows(variant[hoped], on.piece[window], on.offsets[on.roller[window]], *wall,
+            sides, fars = np.full(len(window), side), np.full(len(window), far)
+            parts.append(Windows(variant[hoped], on.piece[window], on.offsets[on.roller[window]], sides, fars,
                                  at[:, hoped] * float(STEP), values[:, hoped]))  # fmt: skip
         return best, Windows.joined(parts)
 

@@ -357,7 +357,7 @@ class _Edges:
         # The last one that begins before the place.
         every = self.variant * (rows * length) + position
         rank = np.searchsorted(every, np.arange(size) * (rows * length) + place, "right") - 1 - self.first
-        return np.maximum(rank, 0)
+        return np.asarray(np.maximum(rank, 0))
 
 
 def _edges(free: Mask) -> _Edges:

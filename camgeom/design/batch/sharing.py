@@ -142,7 +142,7 @@ class Sharing:
         def together(weights: Floats) -> Floats:
             """The torque over the sum of weights of all slices of the rollers that share it, (N,)."""
             sum_ = np.bincount(place, weights.sum(axis=0), len(size))
-            return np.divide(size, sum_, out=np.zeros_like(sum_), where=sum_ > 0.0)[place]
+            return np.asarray(np.divide(size, sum_, out=np.zeros_like(sum_), where=sum_ > 0.0)[place])
 
         def largest(values: Floats) -> Floats:
             found = np.zeros(len(size))
