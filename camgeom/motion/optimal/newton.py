@@ -262,8 +262,11 @@ class Build:
         )
 
 
-def build_of(task: Task, solved: Solved) -> tuple[Build, Floats] | None:
-    """The build of a law nearly at rest, and its breaks (K + 1,); None where it shows none."""
+def build_of(task: Task, solved: Solved, proven: Shape | None = None) -> tuple[Build, Floats] | None:
+    """The build of a law nearly at rest, and its breaks (K + 1,); None where it shows none.
+
+    proven  the shape whose multipliers they are, where that is another one
+    """
     shape, wish, most = solved.shape, task.wish, task.jerk.const
     sense = np.where(np.abs(shape.jerk) < STILL * most, 0.0, np.sign(shape.jerk))
     kept = np.concatenate([[True], np.diff(sense) != 0.0, [True]])
@@ -300,19 +303,22 @@ def build_of(task: Task, solved: Solved) -> tuple[Build, Floats] | None:
             build.peaks.append((k, -1.0))
     if wish.band is not None and task.residual.asked:
         cuts = solved.multipliers.cuts
-        n, _ = residual_peaks(shape, wish.band, wish.damping)
+        n, _ = residual_peaks(proven or shape, wish.band, wish.damping)
         at = np.abs(cuts.n[:, None] - n).argmin(axis=1)
         pressed: Floats = np.bincount(at, solved.multipliers.cut, len(n)).astype(float)
         build.n, build.pressed = n[pressed > NOTHING], pressed[pressed > NOTHING]
     return build, x
 
 
-def at_rest(task: Task, begun: Solved) -> Solved | None:
+def at_rest(task: Task, begun: Solved, proven: Shape | None = None) -> Solved | None:
     """The law at rest that is built like one nearly so, with its multipliers; None where Newton's method finds none
-    that keeps all limits and in which each is worth something, or where the jerk or the start is not given."""
+    that keeps all limits and in which each is worth something, or where the jerk or the start is not given.
+
+    proven  the shape whose multipliers those of `begun` are, where that is another one
+    """
     if not task.jerk.asked or task.jerk.slope or task.wish.start[1] is None or begun.value <= 0.0:
         return None
-    shown = build_of(task, begun)
+    shown = build_of(task, begun, proven)
     if shown is None:
         return None
     build, x = shown

@@ -91,12 +91,14 @@ class Solved:
     """The best shape of a programme, its value t, and the multipliers.
 
     at_rest   whether its breaks are where they belong among all laws, so that the multipliers are those of all laws
+    bound     what no law can go below by these multipliers, where it is known
     """
 
     shape: Shape
     value: float
     multipliers: Multipliers
     at_rest: bool = False
+    bound: float | None = None
 
 
 class SearchPurse:
@@ -276,7 +278,8 @@ class Programme:
             # trifle, so that breaks that gain nothing stay.
             moves = slice(self.levels, self.levels + self.moves)
             stiff = np.zeros(self.moves) if self.stiff is None else self.stiff
-            pieces = [np.diff(PACES) * self.reach / unit, 0.5 * (PACES[1:] + PACES[:-1]) * self.reach]
+            paces = PACES if self.stiff is not None else PACES[[0, -1]]
+            pieces = [np.diff(paces) * self.reach / unit, 0.5 * (paces[1:] + paces[:-1]) * self.reach]
             for sign in (unit, -unit):
                 for width, middle in zip(*pieces, strict=True):
                     matrix, equal = (

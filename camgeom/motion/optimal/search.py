@@ -15,6 +15,7 @@ from camgeom.motion.optimal.excess import ENOUGH, LITTLE, excess, kept
 from camgeom.motion.optimal.newton import at_rest
 from camgeom.motion.optimal.programme import CLOSEST, NO_CUTS, Cuts, Programme, SearchPurse, Solved, stiffness
 from camgeom.motion.optimal.shape import Shape, moment_parts, values
+from camgeom.motion.optimal.sharpened import finer, switched
 from camgeom.motion.optimal.wish import Task, Wish
 
 SPANS = 64
@@ -29,9 +30,17 @@ TRIED = (0, 1, 2, 4)
 """programmes after which breaks are tried for rest"""
 FINE = 8
 """times as many cells prove what few do not"""
+QUIET, QUIETED = 0.9, (0, 2, 5, 9, 14)
+"""share of what is no residual below which breaks may do where they stand; programmes after which they are asked"""
 ROUNDS = 50
 PATIENT = 15
 """rounds after which breaks need find no rest where next to no residual is left"""
+SHARPENED = 2
+"""times that a mesh becomes finer before breaks are moved by programmes alone"""
+MOST_SPANS = 250
+"""of a mesh that shows more and more changes of the jerk no build is made: many laws are as good"""
+SHOWN = 1e-4
+"""share of the lift; of a residual below that a finer mesh shows no build: nearly as little is left behind by many"""
 PASSES = 2
 SLIGHT = 1e-8
 """relative; a gain that no further programme is solved for"""
@@ -41,6 +50,8 @@ LATEST = 5
 """programmes for which a tangent stays that is worth nothing"""
 STEADY = 1e-5
 """breaks that move less have found their place"""
+NEARLY = 2e-5
+"""reach at which breaks stand near enough to where they belong for the rest to be found between them as they stand"""
 SHARP = 1e-6
 """how far breaks may move in the programme whose multipliers count"""
 ROUGH = 1e-2
@@ -78,16 +89,18 @@ def find(task: Task, begun: Shape | None = None, purse: SearchPurse | None = Non
         if solved is None:
             break
         begin = joined(solved.shape)
-        settled, cuts = _settled(task, begin, solved.value, cuts, purse)
-        if settled is None:
-            # The mesh has a law all the same, though with more breaks than it needs.
-            settled, cuts = _on_mesh(task, mesh, cuts, purse, kept(task))
-            if settled is None or excess(task, settled.shape, settled.value)[0] > kept(task):
+        settled, cuts = _settled(task, begin, solved.value, cuts, purse, solved if best is None else None)
+        if settled is None or (best is not None and settled.bound is None and settled.value >= solved.value):
+            # The mesh has a law all the same, or a better one, though with more breaks than it needs.
+            on_mesh, cuts = _on_mesh(task, mesh, cuts, purse, kept(task))
+            if on_mesh is not None and excess(task, on_mesh.shape, on_mesh.value)[0] <= kept(task):
+                settled = on_mesh if settled is None else min(settled, on_mesh, key=lambda one: one.value)
+            if settled is None:
                 break
-            settled = Solved(merged(settled.shape), settled.value, settled.multipliers)
-        bound = _bound(task, settled, cuts, purse)
+        fewer = replace(settled, shape=merged(settled.shape)) if settled.bound is None else settled
+        bound = _bound(task, fewer, cuts, purse) if settled.bound is None else settled.bound
         if best is None or bound > best.bound:
-            best = Found(settled.shape, settled.value, bound, settled)
+            best = Found(fewer.shape, settled.value, bound, settled)
         if task.residual.slope and best.value <= SILENT:
             break
         if best.value - best.bound <= _near(task, best.value):
@@ -165,8 +178,12 @@ def _least_square(task: Task, mesh: Shape) -> Found | None:
     return best
 
 
-def _settled(task: Task, shape: Shape, value: float, cuts: Cuts, purse: SearchPurse) -> tuple[Solved | None, Cuts]:
+def _settled(
+    task: Task, shape: Shape, value: float, cuts: Cuts, purse: SearchPurse, meshed: Solved | None
+) -> tuple[Solved | None, Cuts]:
     """The shape whose breaks have moved to where they belong; None where they find no rest.
+
+    meshed  what its mesh has shown, which may be divided where breaks find no rest at once
 
     Linear programmes one after the other (F. Palacios-Gomez et al., Management Science 28 (1982) 1106): a step counts
     where it brings more than it spoils, else the next one reaches less far.
@@ -176,18 +193,29 @@ def _settled(task: Task, shape: Shape, value: float, cuts: Cuts, purse: SearchPu
     # Of a residual alone the tangents are many, and its breaks creep.
     sought = task.residual.slope > 0.0 and not task.velocity.asked
     added: list[int] = []
+    begun = cuts
     for turn in range(ROUNDS):
+        hidden = value > SHOWN if task.residual.slope else task.velocity.asked
+        if turn > TRIED[-1] and meshed is not None and hidden:
+            rest, more = _sharpened(task, meshed, begun, purse)
+            if rest is not None:
+                return rest, more
+            meshed = None
         programme = Programme(task, shape, cuts, value, reach, stiff, stalled)
         trial, stalled = programme.solve(purse), programme.stalled
+        if trial is not None and turn in QUIETED and task.residual.slope and trial.value <= QUIET * SILENT:
+            # Less is not worth moving a break for: where they stand they may do.
+            fixed, more = _on_mesh(task, joined(trial.shape, 1.01 * CLOSEST), cuts, purse, kept(task))
+            if fixed is not None and fixed.value <= SILENT and excess(task, fixed.shape, fixed.value)[0] <= kept(task):
+                return fixed, more
         if sought and turn >= PATIENT and value <= SILENT:
             break
         if trial is None:
             reach *= 0.5
             continue
         if turn in TRIED:
-            rest = at_rest(task, replace(trial, shape=joined(trial.shape, 1.01 * CLOSEST)))
-            # What is at rest may be so in the wrong build, and its bound tells.
-            if rest is not None and rest.value - _bound(task, rest, cuts, purse) <= _near(task, rest.value):
+            rest = _proven(task, at_rest(task, replace(trial, shape=joined(trial.shape, 1.01 * CLOSEST))), cuts, purse)
+            if rest is not None:
                 found = rest.multipliers.cuts
                 return rest, cuts.and_at(found.n, found.angle, found.places)
         moved = float(np.abs(trial.shape.x - shape.x).max())
@@ -210,6 +238,12 @@ def _settled(task: Task, shape: Shape, value: float, cuts: Cuts, purse: SearchPu
         if better:
             shape, value, merit = trial.shape, trial.value, now
             stiff = stiffness(task, shape, m)
+        if task.residual.slope and reach <= NEARLY and better and not (missed <= EXACT and over <= kept(task)):
+            # What is left to gain by the breaks is of the second order of that: they stay, and the rest is linear.
+            fixed, cuts = _on_mesh(task, shape, cuts, purse, kept(task))
+            if fixed is not None and excess(task, fixed.shape, fixed.value)[0] <= kept(task):
+                last = min(fixed, last or fixed, key=lambda one: one.value)
+                break
         if missed <= EXACT and over <= kept(task):
             less = joined(trial.shape, 1.01 * CLOSEST)
             if len(less.x) < len(shape.x):
@@ -222,6 +256,33 @@ def _settled(task: Task, shape: Shape, value: float, cuts: Cuts, purse: SearchPu
         most = farthest if sought else reach
         reach = min(most, max(GROWTH * moved, 1e-9)) if better and not slow else 0.25 * min(reach, moved)
     return last, cuts
+
+
+def _proven(task: Task, rest: Solved | None, cuts: Cuts, purse: SearchPurse) -> Solved | None:
+    """A law at rest with its bound; None where that is far: it may be at rest in the wrong build, and its bound tells.
+    """
+    if rest is None:
+        return None
+    bound = _bound(task, rest, cuts, purse)
+    return replace(rest, bound=bound) if rest.value - bound <= _near(task, rest.value) else None
+
+
+def _sharpened(task: Task, meshed: Solved, cuts: Cuts, purse: SearchPurse) -> tuple[Solved | None, Cuts]:
+    """The law at rest in the build that a mesh shows when it becomes finer where the jerk changes; None without one."""
+    if not task.jerk.asked or task.jerk.slope:
+        return None, cuts
+    for _ in range(SHARPENED):
+        mesh = finer(meshed.shape, task.jerk.const)
+        solved, cuts = _on_mesh(task, mesh, cuts, purse) if len(mesh.h) <= MOST_SPANS else (None, cuts)
+        if solved is None:
+            break
+        meshed = solved
+        built = switched(task, meshed.shape)
+        rest = None if built is None else at_rest(task, replace(meshed, shape=built), meshed.shape)
+        if (rest := _proven(task, rest, cuts, purse)) is not None:
+            found = rest.multipliers.cuts
+            return rest, cuts.and_at(found.n, found.angle, found.places)
+    return None, cuts
 
 
 def cruising(shape: Shape) -> Shape:
