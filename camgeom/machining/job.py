@@ -63,11 +63,11 @@ def machining_of(
     return Machining(title, spec, tuple(paths), tuple(tools), machine, safe, cutters, groups, hollow)
 
 
-def _along(spec: CutterSpec, cutters: Sequence[Track]) -> tuple[list[TrackPath], tuple[Rows, ...]]:
-    """The passes along rollers' tracks, and the rows that they are of a ball."""
+def _along(spec: CutterSpec, cutters: Sequence[Track], before: int = 0) -> tuple[list[TrackPath], tuple[Rows, ...]]:
+    """The passes along rollers' tracks, and the rows that they are of a ball; before: flanks that others have."""
     if spec.kind != "ball":
         return [path for track in cutters for path in _paths(spec, track, tool_of(spec, track))], ()
-    groups = _ball_rows(spec, cutters)
+    groups = _ball_rows(spec, cutters, before)
     return [row for group in groups for row in group.paths], groups
 
 
@@ -96,20 +96,20 @@ def _reach(spec: CutterSpec, track: Track, tool: Tool) -> float:
     return (own + spec.allowance / cosine) / cosine
 
 
-def _leaning(spec: CutterSpec, track: Track) -> tuple[list[TrackPath], tuple[Rows, ...]]:
+def _leaning(spec: CutterSpec, track: Track, before: int) -> tuple[list[TrackPath], tuple[Rows, ...]]:
     """The passes along the flanks of a disc that lean, from the side that its roller comes from.
 
     Round a profile the tool passes the further face. A mill that leans beneath an overhang stands lower by what the rim
     of its end is higher there.
     """
     if len(track.sides) > 1:
-        return _along(spec, (track,))
+        return _along(spec, (track,), before)
     ball = 0.5 * (spec.diameter or 0.0) + spec.allowance if spec.kind == "ball" else 0.0
     beneath = max(0.0, -slope_to_tip(track)) if spec.axis == "fitted" else 0.0
     lower = spec.overrun + ball + 2.0 * (0.5 * (spec.diameter or 0.0) + spec.allowance) * beneath * cosine_of(track)
     deep = replace(track, tip=track.tip + track.tip_sign * lower)
     if spec.kind == "ball":
-        lines, (group,) = _along(spec, (deep,))
+        lines, (group,) = _along(spec, (deep,), before)
         foot = track.contact[int(track.tip_sign > 0.0)]
         left = max(0.0, track.tip_sign * (foot - roller_at(deep, group.paths[0].t)[0]))
         return lines, (replace(group, foot_left=left),)
@@ -154,13 +154,13 @@ def _clear(arc: Positions, tool: Tool, points: Floats, stock: float) -> bool:
     return True
 
 
-def _ball_rows(spec: CutterSpec, cutters: Sequence[Track]) -> tuple[Rows, ...]:
+def _ball_rows(spec: CutterSpec, cutters: Sequence[Track], before: int) -> tuple[Rows, ...]:
     assert spec.diameter is not None
     flanks = [(track, side) for track in cutters for side in track.sides]
     start = radians(spec.start_angle)
     return tuple(
         rows(track, side, 0.5 * spec.diameter, spec.allowance, spec.scallop, start, i)
-        for i, (track, side) in enumerate(flanks)
+        for i, (track, side) in enumerate(flanks, before)
     )
 
 
@@ -198,7 +198,7 @@ def _planar(title: str, spec: CutterSpec, mechanisms: Sequence[Mechanism], parts
     def leaning(track: Track, face: str = "") -> None:
         nonlocal groups
         track = replace(track, name=f"{face} face, {track.name}") if face and len(mechanisms) > 1 else track
-        along, rows_ = _leaning(spec, track)
+        along, rows_ = _leaning(spec, track, len(groups))
         paths.extend(along)
         groups += rows_
         tracks.append(along[0].track)

@@ -437,3 +437,15 @@ def test_what_leaning_walls_do_not_have_is_told() -> None:
     said = judged(built(data), ["root-stress"])
     assert not said.findings
     assert any("lean" in word.reason for word in said.not_judged)
+
+
+def test_rows_of_a_ball_on_several_tracks_have_blocks_of_their_own() -> None:
+    data = {**cones(data_of(), 6.0, 5.0), "cutter": {"kind": "ball", "diameter": 5.0, "scallop": 0.2, "neck": 1.5}}
+    machining = built(data).machining
+    assert len(machining.rows) == 4
+    for path in machining.paths:
+        assert path.track is machining.rows[path.group].paths[0].track
+    passes = list(machining.passes())
+    assert len(passes) == len(machining.paths)
+    assert max(one.chord_error for one in passes) <= machining.spec.tolerance
+    assert [one.below for one in passes] == sorted(one.below for one in passes)
