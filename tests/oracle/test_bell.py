@@ -27,7 +27,7 @@ from camgeom.report.result import compute
 from camgeom.report.sections.bodies import cam_meshes
 from camgeom.report.sections.mechanism import fields
 from camgeom.solid.blank import Bore
-from tests.oracle.cams import judges_of
+from tests.oracle.bells import ARM, CONE, CROWN, DEPTH, INNER, LENGTH, RADIUS, SWUNG, bell, oracle_of
 from tests.oracle.judge_volume import _width
 from tests.places import PROFILES, ROOT
 from tests.reference.profiles import enlarged
@@ -37,30 +37,8 @@ sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 from designs import design
 from judging import judge
 
-INNER, DEPTH, LENGTH, RADIUS = 56.0, 11.0, 9.5, 9.5
-CONE = {"shape": "cone", "half_angle": 8.0}
-CROWN = {"shape": "crowned", "crown_radius": 900.0}
-ARM = {"kind": "swinging", "arm": 90.0, "start_angle": -8.0, "inertia": 0.05}
-SWUNG = ({"until": 25.0}, {"until": 140.0, "to": 16.0, "law": "modified-sine"}, {"until": 185.0},
-         {"until": 320.0, "to": 0.0, "law": "cycloidal"}, {"until": 360.0})  # fmt: skip
 BARE = ("undercut", "slice", "least_contact", "contact_length", "half_width", "shear", "film")
 """figures that a drum has of other value, where its roller's outer end stands beyond the land"""
-
-
-def bell(**changes: Any) -> dict[str, Any]:
-    """The shipped profile's tables with changed keys of [cam], and of other tables by name."""
-    data: dict[str, Any] = tomllib.loads((PROFILES / "bell_lifter.toml").read_text())
-    data |= {"motion": tuple(data["motion"]), "output": {"tolerance": 0.01}}
-    data["limits"] = {}
-    del data["dynamics"]
-    for name, value in changes.items():
-        if name in ("roller", "operation"):
-            data[name] = {k: v for k, v in (data[name] | value).items() if v is not None}
-        elif isinstance(value, dict | tuple):
-            data[name] = value
-        else:
-            data["cam"] = data["cam"] | {name: value}
-    return {name: table for name, table in data.items() if table is not None}
 
 
 def model(**changes: Any) -> Model:
@@ -89,14 +67,6 @@ def figures(one: Model) -> dict[str, float]:
         f"{table}.{key}": value for table in ("flank", "contact", "fatigue") for key, value in data[table].items()
         if isinstance(value, float) and np.isfinite(value) and not any(word in key for word in BARE)
     }  # fmt: skip
-
-
-def oracle_of(one: Model, data: dict[str, Any]) -> Any:
-    program = one.setup.program
-    low, high = (float(end.value) for end in program.extremes(0))
-    ends = np.array([span.end for span in program.spans])
-    (oracle,) = judges_of(data, lambda phi: program.jet(np.ravel(phi), 0)[0].reshape(np.shape(phi)), low, high, ends)
-    return oracle
 
 
 CASES: dict[str, dict[str, Any]] = {

@@ -18,8 +18,8 @@ from camgeom.errors import DesignError, ProfileError
 from camgeom.export import write
 from camgeom.model import Model
 from camgeom.profile import from_data
+from tests.oracle.conical_discs import DATA, centres, drawn
 from tests.oracle.cutter_simulation import dense, fed_passes, read_gcode, swept
-from tests.oracle.test_conical_disc import DATA, centres, drawn
 from tests.places import PROFILES, ROOT
 
 sys.path.insert(0, str(ROOT / "scripts" / "stability"))
