@@ -127,6 +127,7 @@ def test_memory_that_is_not_enough_for_a_body_leaves_what_needs_none(
         raise MemoryError
 
     monkeypatch.setattr("camgeom.solid.drum.GroovedCylinder.solid", starved)
+    monkeypatch.setattr("camgeom.solid.fewest.fewest", starved)
     found, result, _ = ran(profile, capsys, "--formats", "stl,ply,ecam.csv,points.csv,step")
     products = {name: one["status"] for name, one in result["products"].items()}
     assert found == 3
