@@ -54,7 +54,8 @@ def stock_left(model: Model) -> Iterable[Finding | NotJudged]:
     if most is None:
         return
     limit = max(spec.gouge_limit, spec.scallop + spec.tolerance if spec.kind == "ball" else 0.0)
-    advice = "the follower jams on it: path = 'flank', a tool as large as the roller, or a smaller ball"
+    advice = ("the follower may jam on it: a tool as large as the roller, path = 'flank', a taper of a cone's half "
+              "angle, or a smaller ball")  # fmt: skip
     yield judged(
         "stock-left", max(0.0, most.value - spec.allowance), "<=", limit, "mm", advice, cam_angle=most.cam_angle,
         where=f"beyond the allowance, {outcome.machining.tool.about}",

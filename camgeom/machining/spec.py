@@ -178,7 +178,8 @@ class CutterSpec(Section):
                  for key, word in (("path", "flank"), ("axis", "roller")) if getattr(self, key) != word]  # fmt: skip
         angles = sorted({degrees(atan(slope_to_tip(track))) for track in tracks})
         if not angles or any(abs(angle - self.half_angle) > SAME for angle in angles):
-            limit = f"0, or that of the roller, {' and '.join(f'{angle:g}' for angle in angles) or '0'} deg"
+            leans = " and ".join(f"{angle:g}" for angle in angles if abs(angle) > SAME)
+            limit = "0" + (f", or that of the roller, {leans} deg" if leans else "")
             found.append(_problem("half_angle", self.half_angle, limit))
         return found
 
