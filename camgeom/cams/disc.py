@@ -64,6 +64,7 @@ if TYPE_CHECKING:
     from camgeom.track.sliding import Slider
     from camgeom.track.touch import Touch
 
+
 @final
 class Disc(Cam):
     """A disc 0 <= z <= width; translating followers move along +X, swinging ones pivot at (center_distance, 0)."""

@@ -1,14 +1,10 @@
-"""Bell cams with a groove in their inside: the shipped profile's tables with changed keys, and the oracle of them."""
+"""Bell cams with a groove in their inside: the shipped profile's tables with changed keys."""
 
 from __future__ import annotations
 
 import tomllib
 from typing import Any
 
-import numpy as np
-
-from camgeom.model import Model
-from tests.oracle.cams import judges_of
 from tests.places import PROFILES
 
 INNER, DEPTH, LENGTH, RADIUS = 56.0, 11.0, 9.5, 9.5
@@ -33,11 +29,3 @@ def bell(**changes: Any) -> dict[str, Any]:
         else:
             data["cam"] = data["cam"] | {name: value}
     return {name: table for name, table in data.items() if table is not None}
-
-
-def oracle_of(one: Model, data: dict[str, Any]) -> Any:
-    program = one.setup.program
-    low, high = (float(end.value) for end in program.extremes(0))
-    ends = np.array([span.end for span in program.spans])
-    (oracle,) = judges_of(data, lambda phi: program.jet(np.ravel(phi), 0)[0].reshape(np.shape(phi)), low, high, ends)
-    return oracle

@@ -74,6 +74,15 @@ def _golden(f, lo, hi, rounds):
     return best
 
 
+def oracle_of(one, data):
+    """The oracle of a cam with one track, of a model's motion and its profile's tables."""
+    program = one.setup.program
+    low, high = (float(end.value) for end in program.extremes(0))
+    ends = np.array([span.end for span in program.spans])
+    (oracle,) = judges_of(data, lambda phi: program.jet(np.ravel(phi), 0)[0].reshape(np.shape(phi)), low, high, ends)
+    return oracle
+
+
 def judges_of(data, lift, low, high, ends, others=()):
     """One judge a body. lift(phi): mm or rad; low, high: its extremes; ends: cam angles where segments end.
 

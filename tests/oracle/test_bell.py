@@ -27,7 +27,8 @@ from camgeom.report.result import compute
 from camgeom.report.sections.bodies import cam_meshes
 from camgeom.report.sections.mechanism import fields
 from camgeom.solid.blank import Bore
-from tests.oracle.bells import ARM, CONE, CROWN, DEPTH, INNER, LENGTH, RADIUS, SWUNG, bell, oracle_of
+from tests.oracle.bells import ARM, CONE, CROWN, DEPTH, INNER, LENGTH, RADIUS, SWUNG, bell
+from tests.oracle.cams import oracle_of
 from tests.oracle.judge_volume import _width
 from tests.places import PROFILES, ROOT
 from tests.reference.profiles import enlarged

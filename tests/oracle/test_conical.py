@@ -22,7 +22,7 @@ from camgeom.export.step.geometry import Cone, SplineSurface
 from camgeom.model import Model
 from camgeom.profile import from_data
 from camgeom.report.result import compute
-from tests.oracle.cams import judges_of
+from tests.oracle.cams import oracle_of
 from tests.oracle.stations import least_apart, torque
 from tests.places import PROFILES, ROOT
 from tests.reference.profiles import enlarged
@@ -56,14 +56,6 @@ def drum(**changes: Any) -> Model:
     del data["cam"]["half_angle"]
     data["cam"]["kind"] = "cylindrical"
     return Model(from_data(data))
-
-
-def oracle_of(one: Model, data: dict[str, Any]) -> Any:
-    program = one.setup.program
-    low, high = (float(end.value) for end in program.extremes(0))
-    ends = np.array([span.end for span in program.spans])
-    (oracle,) = judges_of(data, lambda phi: program.jet(np.ravel(phi), 0)[0].reshape(np.shape(phi)), low, high, ends)
-    return oracle
 
 
 def finding(one: Model, name: str) -> Any:

@@ -15,7 +15,8 @@ from camgeom.errors import CamgeomError, DesignError, ProfileError
 from camgeom.export import write
 from camgeom.model import Model
 from camgeom.profile import from_data
-from tests.oracle.bells import ARM, CONE, CROWN, INNER, LENGTH, RADIUS, SWUNG, bell, oracle_of
+from tests.oracle.bells import ARM, CONE, CROWN, INNER, LENGTH, RADIUS, SWUNG, bell
+from tests.oracle.cams import oracle_of
 from tests.oracle.cutter_simulation import dense, fed_passes, read_gcode, swept
 from tests.places import ROOT
 
