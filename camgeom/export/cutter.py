@@ -79,7 +79,7 @@ def _head_room(machining: Machining) -> list[str]:
     """What a ring that is cut from within leaves the angle head, in words."""
     if (room := machining.room) is None:
         return []
-    return [f"ANGLE HEAD AND TOOL AT MOST {room.length:.6g} MM LONG, LESS FOR WHAT THE HEAD IS THICK; TOOL AXIS "
+    return [f"ANGLE HEAD AND TOOL AT MOST {room.length:.6g} MM LONG, LESS FOR WHAT THE HEAD IS THICK, TOOL AXIS "
             f"{room.below:.6g} MM ABOVE THE WEB"]  # fmt: skip
 
 
