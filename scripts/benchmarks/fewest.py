@@ -43,7 +43,7 @@ def least(bands: Sequence[Band], knots: np.ndarray, error: float) -> Counter[str
     forms = forms_of(bands, theta)
     for band, bent in zip(bands, forms.L * forms.N - forms.M**2):
         density = np.sqrt(np.abs(bent)) / np.where(bent > 0.0, ELLIPTIC, HYPERBOLIC)
-        found[band.name] += float((density * np.diff(theta)[:, None]).sum() / plan.ACROSS / error)
+        found[band.name] += float((density * np.diff(theta)).sum() / plan.ACROSS / error)
     return found
 
 

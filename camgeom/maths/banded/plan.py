@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import reduce
 
 import numpy as np
 
@@ -49,7 +48,7 @@ LEANS = np.array([-0.5, -0.25, 0.0, 0.25, 0.5])
 
 @immutable
 class CellForms:
-    """Second forms of bands in cells of angle and of u, (b, n, ACROSS); L at both edges (2, b, n), least width (b, n),
+    """Second forms of bands in cells of u and of angle, (b, ACROSS, n); L at both edges (2, b, n), least width (b, n),
     mm, and how sharply rows turn within the surface, mm/rad², (b, n)."""
 
     L: Floats
@@ -87,7 +86,7 @@ class CellForms:
         if bowl.any():
             h = np.where(bowl, np.sqrt(np.maximum(room - across, 0.0) / np.maximum(along, 1e-300)), h)
         h = np.where(across <= room, h, 0.0)
-        return np.asarray(reduce(np.minimum, (h[..., k] for k in range(ACROSS)), longest))
+        return np.asarray(np.minimum(h.min(axis=2), longest))
 
     def leans(self, count: Index, step: Floats) -> Floats:
         """Where chords from the first row and the last to the next, half a step to either side, sag least, (2, b, n).
@@ -97,8 +96,8 @@ class CellForms:
         p = np.stack([LEANS - 0.5, LEANS + 0.5])[..., None, None]
         found = []
         for k in (0, -1):
-            along, twist = self.L[:, :, k] * step * step, 2.0 * self.M[:, :, k] * step / count
-            worst = np.abs((along * p + twist) * p + self.N[:, :, k] / (count * count)).max(axis=0)
+            along, twist = self.L[:, k] * step * step, 2.0 * self.M[:, k] * step / count
+            worst = np.abs((along * p + twist) * p + self.N[:, k] / (count * count)).max(axis=0)
             found.append(LEANS[worst.argmin(axis=0)] * step)
         return np.stack(found)
 
@@ -112,32 +111,33 @@ def _root(a: Floats, b: Floats, c: Floats) -> Floats:
 
 def forms_of(bands: Sequence[Band], theta: Floats) -> CellForms:
     """The second forms of bands in the cells of angles theta (n + 1,)."""
-    k = 2 * ACROSS + 1
+    n, k = len(theta) - 1, 2 * ACROSS + 1
     h = 0.5 * np.diff(theta)
-    phi = np.append(np.stack([theta[:-1], theta[:-1] + h], axis=1).ravel(), theta[-1])
+    phi = np.concatenate([theta, theta[:-1] + h])
     u = np.broadcast_to(np.arange(k) / (k - 1), (len(phi), k))
-    x = np.stack(points_of(bands, [Asked(b, phi, u) for b in range(len(bands))]), axis=1)
-    before, here, after = x[:, :, :-1:2], x[:, :, 1::2], x[:, :, 2::2]
+    # The angles last, so that what is worked on at once lies together.
+    x = np.empty((3, len(bands), k, len(phi)))
+    for b, each in enumerate(points_of(bands, [Asked(b, phi, u) for b in range(len(bands))])):
+        x[:, b] = each.transpose(0, 2, 1)
+    before, here, after = x[..., :n], x[..., n + 1 :], x[..., 1 : n + 1]
+    low, at, high = (slice(start, stop, 2) for start, stop in ((0, -2), (1, None), (2, None)))
     along = after - before
-    bent = after + before - 2.0 * here
-    low, at, high = slice(0, -2, 2), slice(1, None, 2), slice(2, None, 2)
-    normal = cross(along[..., at], here[..., high] - here[..., low])
+    bent, first, last = (after[:, :, j] + before[:, :, j] - 2.0 * here[:, :, j] for j in (at, 0, -1))
+    normal = cross(along[:, :, at], here[:, :, high] - here[:, :, low])
     size = np.sqrt(dot(normal, normal))
     normal /= np.where(size > 0.0, size, 1.0)
-    twist = along[..., high] - along[..., low]
-    curl = here[..., high] + here[..., low] - 2.0 * here[..., at]
-    step = h[:, None]
-    square = step * step
-    span = x[..., -1] - x[..., 0]
+    twist = along[:, :, high] - along[:, :, low]
+    curl = here[:, :, high] + here[:, :, low] - 2.0 * here[:, :, at]
+    square = h * h
+    span = x[:, :, -1] - x[:, :, 0]
     width = np.sqrt(dot(span, span))
-    middle = along[..., at]
+    middle = along[:, :, at]
     aside = cross(normal, middle)
-    aside = np.abs(dot(aside, bent[..., at])) / np.maximum(np.sqrt(dot(middle, middle)), 1e-300) / square
+    aside = np.abs(dot(aside, bent)) / np.maximum(np.sqrt(dot(middle, middle)), 1e-300) / square
     return CellForms(
-        dot(normal, bent[..., at]) / square, dot(normal, twist) * (ACROSS / (2.0 * step)),
-        dot(normal, curl) * (4.0 * ACROSS**2),
-        np.stack([dot(normal[..., end], bent[..., end]) / square[:, 0] for end in (0, -1)]),
-        np.minimum(np.minimum(width[:, :-1:2], width[:, 1::2]), width[:, 2::2]), aside.max(axis=2),
+        dot(normal, bent) / square, dot(normal, twist) * (ACROSS / (2.0 * h)), dot(normal, curl) * (4.0 * ACROSS**2),
+        np.stack([dot(normal[:, :, 0], first), dot(normal[:, :, -1], last)]) / square,
+        np.minimum(np.minimum(width[:, :n], width[:, n + 1 :]), width[:, 1 : n + 1]), aside.max(axis=1),
     )  # fmt: skip
 
 
