@@ -58,12 +58,13 @@ class Builder:
 
     def mesh(self) -> Mesh:
         """The finished mesh with unused vertices removed."""
-        vertices, faces = np.concatenate(self._vertices), np.concatenate(self._faces)
+        vertices = np.concatenate(self._vertices)
+        faces = np.concatenate(self._faces, dtype=np.int32, casting="same_kind")
         used = np.zeros(len(vertices), dtype=bool)
         used[faces] = True
         group, names = np.concatenate(self._labels), tuple(self._names)
         if used.all():
-            return Mesh(vertices, faces.astype(np.int32), names, group)
+            return Mesh(vertices, faces, names, group)
         number = (np.cumsum(used) - 1).astype(np.int32)
         return Mesh(vertices[used], number[faces], names, group)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import reduce
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,7 @@ from camgeom.maths.surface import cross, dot
 Index = npt.NDArray[np.int64]
 Corners = npt.NDArray[np.int32]
 Mask = npt.NDArray[np.bool_]
+Kind = TypeVar("Kind", bound=np.generic)
 
 NEXT, AFTER = [1, 2, 0], [2, 0, 1]
 """corners after the corners of a triangle, and after these"""
@@ -35,6 +36,8 @@ BEYOND = 100.0
 """sides from a facet beyond which nothing of its patch is looked for"""
 ROUNDS = 12
 """of splitting edges"""
+CHUNK = 65536
+"""corners looked up at once: so many stay in the processor's cache when they are made numbers of the machine's own"""
 
 
 class BandSource(Protocol):
@@ -83,14 +86,15 @@ class Banded:
     """Triangles within the tolerance of their bands.
 
     points  (3, v), faces (f, 3) turning from phi to u, and the band (f,) of each
-    phi     (v,) angles of the vertices; row (v,): number of the band and the way u across it, whole on edges
+    phi     (v,) angles of the vertices; u, edge_of (v,): as u and edge of `Facets`
     edges   vertices of every edge of a band, from the first one's u = 0 to the last one's u = 1, by rising phi
     errors  (b,) largest chord error of each band, mm
     """
 
     points: Floats
     phi: Floats
-    row: Floats
+    u: Floats
+    edge_of: Index
     faces: Corners
     band: Index
     edges: tuple[Index, ...]
@@ -100,6 +104,14 @@ class Banded:
     def chord_error(self) -> float:
         """Largest of all bands, mm."""
         return max(self.errors)
+
+    @property
+    def row(self) -> Floats:
+        """(v,) number of the band and the way u across it, whole on edges."""
+        # What is on no edge is of one band.
+        own = np.zeros(len(self.u))
+        own[self.faces] = self.band[:, None]
+        return np.where(self.edge_of < 0, own + self.u, self.edge_of)
 
     def edge(self, b: int) -> Floats:
         """Points (3, n) of an edge, by rising phi."""
@@ -150,12 +162,10 @@ class Facets:
         number = (np.cumsum(used) - 1).astype(np.int32)
         edges = tuple(np.split(number[self.rings].astype(np.int64), self.begin[1:-1]))
         kept = np.flatnonzero(used)
-        # What is on no edge is of one band.
-        own = np.zeros(len(used))
-        own[corner] = self.band[stands, None]
-        row = np.where(self.edge < 0, own + self.u, self.edge)
-        points = self.points.take(kept, axis=1)
-        return Banded(points, self.phi[kept], row[kept], number[corner], self.band[stands], edges, errors)
+        return Banded(
+            self.points.take(kept, axis=1), self.phi.take(kept), self.u.take(kept), self.edge.take(kept),
+            of_corners(number, corner), self.band.take(stands), edges, errors,
+        )  # fmt: skip
 
 
 @immutable
@@ -200,8 +210,9 @@ def within(bands: Sequence[Band], measured: Measured) -> Banded:
     mark = measured.mark & facets.stands[over]
     for _ in range(ROUNDS):
         if not mark.any():
-            share = np.zeros(len(bands))
-            np.maximum.at(share, facets.band[facets.stands], (sag / facets.room[facets.band])[facets.stands])
+            most = np.zeros(len(bands))
+            np.maximum.at(most, facets.band, np.where(facets.stands, sag, 0.0))
+            share = most / facets.room
             return facets.finished(tuple(float(own) * band.tolerance for own, band in zip(share, bands)))
         facets = _split(facets, over, mids, mark)
         over = np.arange(len(sag), len(facets.band))
@@ -217,8 +228,17 @@ def within(bands: Sequence[Band], measured: Measured) -> Banded:
 def _middles(bands: Sequence[Band], facets: Facets, ask: Index) -> Floats:
     """The true surface half way along the edges of the facets `ask` (q,), (3, 3, q)."""
     phi, u = (0.5 * (x + x[:, NEXT]).ravel() for x in facets.places(ask))
-    x = _evaluated(bands, np.repeat(facets.band[ask], 3), phi, u)
-    return x.reshape(3, -1, 3).transpose(0, 2, 1)
+    band = np.repeat(facets.band[ask], 3)
+    # Two facets of a band have an edge in common, at the same angle but where the turn's end is its start.
+    key = _edge_keys(facets.corner[ask], facets.points.shape[1]).T.ravel() * len(bands) + band
+    key = 2 * key + (phi >= facets.phi[0] + facets.turn)
+    order = key.argsort()
+    key = key[order]
+    other = np.append(True, key[1:] != key[:-1])
+    own, number = order[other], np.empty_like(order)
+    number[order] = np.cumsum(other) - 1
+    x = _evaluated(bands, band[own], phi[own], u[own])
+    return np.asarray(x.take(number, axis=1).reshape(3, -1, 3).transpose(0, 2, 1))
 
 
 def _evaluated(bands: Sequence[Band], band: Index, phi: Floats, u: Floats) -> Floats:
@@ -368,7 +388,7 @@ def _split(facets: Facets, ask: Index, mids: Floats, mark: Mask) -> Facets:
     start = facets.phi[facets.rings[0]]
     ends = np.zeros(size, dtype=bool)
     ends[split // size] = ends[split % size] = True
-    one, two, three = (ends[corner[:, k]] for k in range(3))
+    one, two, three = of_corners(ends, corner).T
     near = np.flatnonzero(((one & (two | three)) | (two & three)) & facets.stands)
     at, hit = _found(split, _edge_keys(corner[near], size))
     many = hit.sum(axis=0)
@@ -410,6 +430,16 @@ def _edge_keys(corner: Corners, size: int) -> Index:
     """One number (3, q) for each edge of facets (q, 3), the same from both sides."""
     one, other = corner.T, corner.T[NEXT]
     return np.asarray(np.minimum(one, other) * np.int64(size) + np.maximum(one, other))
+
+
+def of_corners(values: npt.NDArray[Kind], corner: Corners) -> npt.NDArray[Kind]:
+    """Values (v,) of vertices at the corners (f, 3) of facets."""
+    every = corner.ravel()
+    found = np.empty(len(every), dtype=values.dtype)
+    for start in range(0, len(every), CHUNK):
+        part = slice(start, start + CHUNK)
+        values.take(every[part], out=found[part], mode="clip")
+    return found.reshape(corner.shape)
 
 
 def kept(corner: Corners) -> Mask:

@@ -30,10 +30,10 @@ class Request:
     """Points asked of bands, and where they belong in one array of all (3, t)."""
 
     asked: list[Asked]
-    to: list[Index]
+    to: list[Index | slice]
     on: list[Mask | None]
 
-    def add(self, b: int, phi: Floats, u: Floats, to: Index, on: Mask | None = None) -> None:
+    def add(self, b: int, phi: Floats, u: Floats, to: Index | slice, on: Mask | None = None) -> None:
         """Points at phi (n,) and u (n, m), of which some (n, m) are wanted."""
         self.asked.append(Asked(b, phi, u))
         self.to.append(to)
@@ -102,8 +102,7 @@ class Net:
     def vertices(self) -> tuple[Index, Floats, Index]:
         """Place of every vertex, and its u; on an edge that is 0 or 1 by the band, and the edge's number is not -1."""
         place, row = counted(self.size, np.ones_like(self.size))
-        on = self.owner[place]
-        edge = np.where(on % 2 == 0, on // 2, -1)
+        edge = np.where(self.owner % 2 == 0, self.owner // 2, -1)[place]
         return place, np.where(edge < 0, row / self.counts[place], 0.0), edge
 
     def edge(self, k: int) -> Index:
@@ -244,7 +243,7 @@ class Net:
             wanted = row <= rows[:, None]
             phi = 0.5 * (self.plan.phi[at[own]] + self.plan.phi[at[own] + 1])
             last = first + int(rows.sum()) + len(rows)
-            request.add(b, phi, np.minimum(row / rows[:, None], 1.0), np.arange(first, last), wanted)
+            request.add(b, phi, np.minimum(row / rows[:, None], 1.0), slice(first, last), wanted)
             first = last
 
     def ask_alone(self, request: Request, vertex: Mask, half: Mask, halves: int, chords: int, links: int) -> None:

@@ -18,6 +18,7 @@ from camgeom.maths.banded.facets import (
     Shares,
     further,
     kept,
+    of_corners,
     sags,
     truth_of,
 )
@@ -68,7 +69,7 @@ def meshed(bands: Sequence[Band], plan: NetPlan, shares: Shares | None) -> Measu
     corner = np.concatenate([grid.corner, strips.number[strips.corner].astype(np.int32)])
     label = np.concatenate([np.repeat(plan.band[stretch][grid.gap], 2), strips.band[: len(strips.links)]])
     if one is not None:
-        corner = one[corner]
+        corner = of_corners(one, corner)
     mids = strips.middles(told[:, chord:link], told[:, link:])
     place, share, edge_of = net.vertices
     edges = [net.edge(k) for k in range(len(bands) + 1)]
