@@ -21,7 +21,8 @@ KINDS = (
 LATER, KINDS_LATER = 100_000, ("end-face", "unequal-pair", "stations", "grooves", "linear", "faces",
                               "linear-edge", "disc-cone", "conical", "bell", "groove-cone", "pair-cone",
                               "faces-cone")  # fmt: skip
-"""kinds that came when the seeds below had been judged already: those of seeds from LATER on, EACH of one after another
+"""kinds that came when the seeds below had been judged already: those of seeds from LATER on, EACH of one after
+another, and then from the first one again
 """
 EACH = 10_000
 SMOOTH = (
@@ -74,7 +75,7 @@ def kind_of(seed: int) -> str:
     """The kind of a seed."""
     if seed < LATER:
         return KINDS[seed % len(KINDS)]
-    return KINDS_LATER[min((seed - LATER) // EACH, len(KINDS_LATER) - 1)]
+    return KINDS_LATER[(seed - LATER) // EACH % len(KINDS_LATER)]
 
 
 def design(seed: int) -> dict[str, Any]:
