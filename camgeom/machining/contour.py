@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import degrees
+from math import degrees, inf
 from typing import final
 
 import numpy as np
@@ -100,6 +100,7 @@ class ContourPath:
     height    mm, of the tool in the cut
     room      mm, how far the tool may move off the outline; None: as far as one likes
     other     a second outline that the tool touches at the same time, on its other side
+    width     mm, of the groove between whose walls the tool runs; endless outside of one
     up        +1 where the spindle is above, -1 below: then `low` is the height of the tool's end all the same
 
     Its parameter is the cam angle, and goes on at corners of the outline while the tool rolls round them.
@@ -115,6 +116,7 @@ class ContourPath:
     start: float = 0.0
     other: Outline | None = None
     up: float = 1.0
+    width: float = inf
 
     @property
     def closed(self) -> bool:
@@ -197,10 +199,11 @@ class ContourPath:
                 "use a smaller one"
             )
 
-    def largest_diameter(self) -> float | None:
-        """Largest tool that goes into every hollow, mm; None where there is no hollow."""
+    def largest_diameter(self) -> float:
+        """Largest tool, with its stock, that goes into every hollow and between both walls, mm; endless round a bulge.
+        """
         sharpest = self._sharpest_hollow[0]
-        return 2.0 / sharpest if sharpest > 0.0 else None
+        return min(self.width, 2.0 / sharpest if sharpest > 0.0 else inf)
 
     @cached_property
     def _sharpest_hollow(self) -> tuple[float, float]:

@@ -280,8 +280,8 @@ def _groove_contours(
             f"{2.0 * (half - spec.allowance):.6g} mm"
         )
     if room <= LEAST:
-        return [ContourPath("groove", inner, 1.0, reach, floor, height, 0.0, start, outer, up)]
+        return [ContourPath("groove", inner, 1.0, reach, floor, height, 0.0, start, outer, up, 2.0 * half)]
     return [
-        ContourPath("inner flank", inner, 1.0, reach, floor, height, max(0.0, room), start, up=up),
-        ContourPath("outer flank", outer, -1.0, reach, floor, height, room, start, up=up),
+        ContourPath(name, outline, side, reach, floor, height, room, start, up=up, width=2.0 * half)
+        for name, outline, side in (("inner flank", inner, 1.0), ("outer flank", outer, -1.0))
     ]

@@ -13,6 +13,7 @@ from camgeom.immutable import immutable
 from camgeom.machining.contour import ContourPath
 from camgeom.machining.path import AlongTrack, CentrePath, FlankPath, ToolPath, cosine_of, roller_at, wall_ends
 from camgeom.machining.plan import Machining, seconds
+from camgeom.machining.plate import PlatePath
 from camgeom.machining.rest import RestExtreme, RestField, extreme_of
 from camgeom.machining.rows import RowPath
 from camgeom.machining.spec import SAME, is_radial, narrowest
@@ -195,12 +196,11 @@ class Outcome:
             data["foot_left_mm"] = max(rows.foot_left for rows in machining.rows)
         if machining.room is not None:
             data |= {"head_room_mm": machining.room.length, "head_over_web_mm": machining.room.below}
-        if not machining.tracks:
-            return data | self._planar()
+        data |= {"largest_tool_diameter_mm": self._largest_tool}
+        if not machining.tracks:  # a contour leaves the stock asked for
+            return data | {"least_rest_mm": spec.allowance, "most_rest_mm": spec.allowance}
         data |= self.least.data("least_rest") if self.least else {}
         data |= self.most.data("most_rest") if self.most else {}
-        wide = [2.0 * spec.largest(track) for track in machining.tracks if len(track.sides) > 1]
-        data |= {"largest_tool_diameter_mm": min(wide)} if wide else {}
         if mouth := self.mouth():
             data["mouth_gouge_mm"] = mouth
         if self.opposite is not None:
@@ -240,12 +240,16 @@ class Outcome:
             error = max(error, made.chord_error)
         return {"cutting_time_min": total / 60.0 * len(paths) / len(picked), "chord_error_mm": error}
 
-    def _planar(self) -> dict[str, Any]:
-        """A disc's contour leaves the stock asked for, and the largest tool is that of its sharpest hollow."""
-        stock = self.machining.spec.allowance
-        sizes = [p.largest_diameter() for p in self.machining.paths if isinstance(p, ContourPath)]
-        largest = min((size for size in sizes if size is not None), default=None)
-        return {"least_rest_mm": stock, "most_rest_mm": stock, "largest_tool_diameter_mm": largest}
+    @property
+    def _largest_tool(self) -> float | None:
+        """Diameter of the largest tool, less the stock it leaves, for every groove and hollow, mm; None without one."""
+        spec = self.machining.spec
+        sizes = [2.0 * spec.largest(track) for track in self.machining.tracks if len(track.sides) > 1]
+        for path in self.machining.paths:
+            laid = path.along if isinstance(path, PlatePath) else path
+            sizes += [laid.largest_diameter()] if isinstance(laid, ContourPath) else []
+        size = min(sizes, default=inf) - 2.0 * spec.stock_across
+        return size if size < inf else None
 
 
 def _cylinder(track: Track) -> bool:

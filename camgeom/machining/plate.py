@@ -97,7 +97,7 @@ def plate_machining(title: str, spec: CutterSpec, mechanism: Mechanism, carriage
     if room <= LEAST:
         path = PlatePath(CentrePath(track.straightened().evenly), carriage, None)
     else:
-        round_it = ContourPath("groove", groove, -1.0, reach, part.floor, height, room)
+        round_it = ContourPath("groove", groove, -1.0, reach, part.floor, height, room, width=2.0 * groove.radius)
         round_it.refuse_gouge()
         path = PlatePath(round_it, carriage, groove)
     return Machining(title, spec, (path,), (tool,), Machine("C", "plain", False, slides=True), 0.0)

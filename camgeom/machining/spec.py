@@ -122,12 +122,12 @@ class CutterSpec(Section):
             return True
         if self.kind == "ball" or self.diameter is None or self.axis != "roller":
             return False
-        return 0.5 * self.diameter + self.allowance * self._across >= self._half(track) - LEAST
+        return 0.5 * self.diameter + self.stock_across >= self._half(track) - LEAST
 
     @property
-    def _across(self) -> float:
-        """Way square to the axis per mm square to the side."""
-        return 1.0 / cos(radians(self.half_angle))
+    def stock_across(self) -> float:
+        """The stock left, square to the tool's axis, mm."""
+        return self.allowance / cos(radians(self.half_angle))
 
     def _half(self, track: Track) -> float:
         """Largest radius of a tool that goes once down the middle of a groove, mm: of a taper at its end."""
@@ -284,7 +284,7 @@ class CutterSpec(Section):
         if self.kind == "roller" or self.diameter is None or (self.kind == "wheel" and self.contact == "side"):
             return []
         least = min((2.0 * self.largest(track) for track in tracks if len(track.sides) > 1), default=None)
-        stock = 2.0 * self.allowance * self._across
+        stock = 2.0 * self.stock_across
         if least is None or self.diameter + stock <= least + SAME:
             return []
         room = f"at most {least - stock:.6g} mm, the groove{' less the stock' if self.allowance else ''}"

@@ -123,6 +123,25 @@ def test_hollow_refuses_a_large_wheel_and_says_the_largest() -> None:
         model(HOLLOW, kind="wheel", diameter=1.002 * fits).machining  # noqa: B018
 
 
+@pytest.mark.parametrize("stock", [0.0, 0.2])
+def test_largest_tool_of_a_groove_goes_between_its_walls(stock: float) -> None:
+    most = model(GROOVE, kind="flat", diameter=14.0, allowance=stock).machined.data()["largest_tool_diameter_mm"]
+    assert most == pytest.approx(20.0 - 2.0 * stock, rel=1e-12)
+    assert model(GROOVE, kind="flat", diameter=0.999 * most, allowance=stock).machining.paths
+    with pytest.raises(DesignError, match="does not go into the groove"):
+        model(GROOVE, kind="flat", diameter=1.002 * most, allowance=stock).machining  # noqa: B018
+
+
+@pytest.mark.parametrize("cone", [False, True])
+def test_largest_tool_of_a_plate_goes_into_the_narrower_of_two_grooves(cone: bool) -> None:
+    text = (PROFILES / "both_faces_disc.toml").read_text()
+    if cone:
+        text = text.replace("root_radius = 0.8\nbore", "bore").replace(
+            'shape = "cylinder"\ndiameter = 22', 'shape = "cone"\nhalf_angle = 2\ndiameter = 22'
+        ).replace('kind = "flat"\ndiameter = 16\ncorner_radius = 0.8', 'kind = "roller"')  # fmt: skip
+    assert Model(parse(text)).machined.data()["largest_tool_diameter_mm"] == pytest.approx(19.02, rel=1e-12)
+
+
 def test_arc_that_cuts_is_refused() -> None:
     with pytest.raises(DesignError, match=r"cutter\.lead .* cuts into the profile"):
         model(HOLLOW, kind="flat", diameter=5.0, lead=90.0, start_angle=8.0).machining  # noqa: B018
