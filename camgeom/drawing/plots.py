@@ -305,7 +305,8 @@ def _draw_panel(sheet: Sheet, frame: PlotFrame, slot: _Slot, chart: Chart, *, la
     draw_grid(sheet, frame, bottom=last)
     lines = _draw_lines(sheet, frame, slot.panel)
     for limit in slot.panel.limits:
-        _draw_limit(sheet, frame, limit.value, limit.label, limit.vertical, lines)
+        drawn = _draw_limit(sheet, frame, limit.value, limit.label, limit.vertical, lines)
+        lines = np.vstack([lines, drawn])
     # What is unbounded stands at the frame's edge.
     places = [frame.one(mark.x, mark.y) for mark in slot.panel.marks]
     places = [(float(np.clip(x, x0, x1)), float(np.clip(y, y0, y1))) for x, y in places]
@@ -363,12 +364,15 @@ def _draw_lines(sheet: Sheet, frame: PlotFrame, panel: Panel) -> Floats:
     return np.vstack(points) if points else np.empty((0, 2))
 
 
-def _draw_limit(sheet: Sheet, frame: PlotFrame, value: float, label: str, vertical: bool, lines: Floats) -> None:
+def _draw_limit(sheet: Sheet, frame: PlotFrame, value: float, label: str, vertical: bool, lines: Floats) -> Floats:
+    """The line with its label where that hides least of the lines (k, 2); returns points along it."""
     x0, y0, x1, y1 = frame.box
     at = frame.one(value, value)[0 if vertical else 1]
-    sheet.line(*((at, y0, at, y1) if vertical else (x0, at, x1, at)), "at" if vertical else "limit")
+    ends = (at, y0, at, y1) if vertical else (x0, at, x1, at)
+    sheet.line(*ends, "at" if vertical else "limit")
+    drawn = dense(np.reshape(ends, (2, 2)))
     if not label:
-        return
+        return drawn
     width = text_width(label)
     spots = [(x, at + dy) for dy in (-5.0, 1.05 * FONT) for x in np.linspace(x1 - width - 5.0, x0 + 5.0, 9)]
     if vertical:
@@ -380,6 +384,7 @@ def _draw_limit(sheet: Sheet, frame: PlotFrame, value: float, label: str, vertic
         return 1e3 * sheet.clash(box) + 1e4 * outside(box, frame.box) + float(np.count_nonzero(inside))
 
     sheet.text(*min(spots, key=cost), label, "start", "note" if vertical else "limit-text")
+    return drawn
 
 
 def _draw_direct(sheet: Sheet, frame: PlotFrame, panel: Panel) -> None:

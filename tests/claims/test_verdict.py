@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf, nan
 
 import numpy as np
@@ -44,6 +45,14 @@ def test_a_value_against_its_limit(value, comparison, warn, level, margin) -> No
     assert finding.margin == pytest.approx(margin, abs=1e-9)
     assert finding.advice.endswith("" if level == "pass" else "mend it")
     assert ("customary" in finding.advice) == (level == "warn")
+
+
+@pytest.mark.parametrize(("value", "level", "room"), [(1.0 + 1e-12, "pass", "+0 %"), (1.0 - 1e-12, "pass", "+0 %"),
+                                                      (1.002, "fail", "-0 %"), (0.994, "pass", "+1 %"),
+                                                      (6.0, "warn", "-500 %")])  # fmt: skip
+def test_room_of_what_passes_is_none_at_least(value: float, level: str, room: str) -> None:
+    finding = replace(judged("x", 1.0, "<=", 1.0, "mm", ""), value=value, level=level)
+    assert finding.room == room
 
 
 def test_what_is_endless_or_no_number() -> None:

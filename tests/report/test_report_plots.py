@@ -226,6 +226,21 @@ def test_crowded_charts_keep_their_labels_apart(width: float) -> None:
             assert [t for b, t in drawn.words[i + 1 :] if overlap(box, b, -1.5) > 30.0] == [], text
 
 
+@pytest.mark.parametrize("top", [18.0, 21.0, 24.0, 27.0])
+def test_a_mark_keeps_off_the_line_of_a_limit(top: float) -> None:
+    x = np.linspace(0.0, 360.0, 361)
+    line = Series("angle", x, top * np.sin(np.radians(x)) ** 2)
+    panel = Panel(Axis("Pressure angle", "°", zero=True), (line,), limits=(Limit(30.0, "limit 30°"),),
+                  marks=(Mark(90.0, top, "the largest of all"),))  # fmt: skip
+    drawn = chart_sheet(Chart("c", CAM_ANGLE, (panel,)), 820.0)
+    (limit,) = [box for box, text in drawn.words if text == "limit 30°"]
+    (mark,) = [box for box, text in drawn.words if text == "the largest of all"]
+    (at,) = {float(y) for part in drawn.shapes if isinstance(part, Segments) and part.style == "limit"
+             for y in np.ravel(part.ends[..., 1])}  # fmt: skip
+    assert not limit[1] < at < limit[3]
+    assert not mark[1] < at < mark[3]
+
+
 def _unpack(text: str, kind: str) -> np.ndarray:
     planes = np.frombuffer(gzip.decompress(b64decode(text)), np.uint8)
     size = np.dtype(kind).itemsize

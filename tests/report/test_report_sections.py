@@ -244,3 +244,37 @@ def test_the_flank_under_a_crown_is_said(name: str, said: str) -> None:
         text = text.replace("crown_radius = 300", 'crown_radius = 300\nflank = "conforming"')
     texts = [block.paragraphs for block in flank(Model(parse(text))) if isinstance(block, Text)]
     assert any(said in word for words in texts for word in words)
+
+
+def test_sections_of_two_tracks_stand_beside_each_other() -> None:
+    page = report(read(str(PROFILES / "two_groove_drum.toml")), only=("design", "motion", "flank", "followers"))
+    assert [section.key for section in page.sections] == [
+        "design", "motion", "motion-2", "flank", "flank-2", "followers"
+    ]  # fmt: skip
+    assert page.sections[2].title == "Motion, follower 2"
+
+
+@pytest.mark.parametrize(("name", "lean", "said"), [
+    ("two_groove_drum", 0.0, ", follower 1 at cam angle 0"), ("both_faces_disc", 0.0, ""),
+    ("both_faces_disc", 8.0, "; flank of follower 1 leans by 8°"),
+])  # fmt: skip
+def test_the_section_through_the_axis_names_the_followers_it_shows(name: str, lean: float, said: str) -> None:
+    text = (PROFILES / f"{name}.toml").read_text()
+    if lean:
+        text = text[: text.index("[cutter]")].replace("root_radius = 0.8\nbore", "bore")
+        text = text.replace('"cylinder"\ndiameter = 22', f'"cone"\nhalf_angle = {lean}\ndiameter = 22')
+    page = report(Model(parse(text)), only=("design",))
+    (drawn,) = [b for b in page.sections[0].blocks if isinstance(b, Drawing) and "cam axis" in b.caption]
+    assert drawn.caption == f"Section through the cam axis{said}"
+    assert any(path.kind == "ghost" for path in drawn.paths) == ("follower 1 at" in said)
+
+
+def test_stock_in_a_bell_is_shown_where_there_is_a_wall() -> None:
+    text = (PROFILES / "bell_lifter.toml").read_text() + '\n[cutter]\nkind = "flat"\ndiameter = 16\n'
+    page = report(Model(parse(text)), only=("cutter",))
+    maps = [block for block in page.sections[0].blocks if isinstance(block, Map)]
+    assert [chart.caption for chart in maps] == ["Stock left, groove, flank +", "Stock left, groove, flank −"]
+    for chart in maps:
+        blank = np.isnan(chart.values)
+        assert not blank.all(axis=1).any()
+        assert blank[0].any()

@@ -97,14 +97,12 @@ def report(
     figures = noted.attempt("report.figures", lambda: key_figures(model, wanted)) or ()
     sections = []
     for entry in SECTIONS:
-        if entry.key in wanted and (blocks := entry.blocks(model, noted)):
-            whose = ", follower 1" if entry.key in OWN and len(model.grooves) > 1 else ""
-            sections.append(Chapter(entry.key, entry.title + whose, blocks))
-    for other in model.grooves[1:]:
-        for entry in SECTIONS:
-            if entry.key in OWN and entry.key in wanted and (blocks := entry.blocks(other, noted)):
-                key, title = f"{entry.key}-{other.number + 1}", f"{entry.title}, follower {other.number + 1}"
-                sections.append(Chapter(key, title, blocks))
+        own = entry.key in OWN and len(model.grooves) > 1
+        for one in (model, *model.grooves[1:]) if own else (model,):
+            if entry.key in wanted and (blocks := entry.blocks(one, noted)):
+                key = entry.key if one is model else f"{entry.key}-{one.number + 1}"
+                whose = f", follower {one.number + 1}" if own else ""
+                sections.append(Chapter(key, entry.title + whose, blocks))
     if told and only is None:
         sections.append(Chapter("products", "What was made", (product_table(told),)))
     return head(model, "checks" in wanted, figures, tuple(sections))

@@ -13,6 +13,7 @@ from camgeom.track.flank import Flank
 if TYPE_CHECKING:
     from camgeom.machining.outcome import Outcome
     from camgeom.machining.rest import RestField
+    from camgeom.maths import Floats
     from camgeom.model import Model
 
 ANGLES = 181
@@ -75,15 +76,22 @@ def _maps(outcome: Outcome) -> list[Block]:
 
 
 def _map(one: RestField, outcome: Outcome) -> Map:
-    low, high = one.track.knots()[[0, -1]]
-    phi = np.linspace(low, high, ANGLES)
-    shallow, deep = sorted(one.track.contact)
-    delta = np.linspace(shallow, deep, PLACES)
-    t = np.array([one.track.meridian.parameter(float(d)) for d in delta])
-    flank = Flank(one.track, phi, t, one.side)
+    start, stop = one.track.knots()[[0, -1]].tolist()
+    phi = np.linspace(start, stop, ANGLES)
+    low, high = sorted(one.track.contact)
+    if outcome.within is not None:  # places that stand beyond the blank at every angle are left out
+        along = np.linspace(low, high, ANGLES)
+        low, high = along[(outcome.within(_flank(one, phi, along).x) >= 0.0).any(axis=0)][[0, -1]].tolist()
+    delta = np.linspace(low, high, PLACES)
+    flank = _flank(one, phi, delta)
     inside = np.ones((ANGLES, PLACES), dtype=bool) if outcome.within is None else outcome.within(flank.x) >= 0.0
     rest = one.at(flank)
     values = np.where(inside, MICRON * np.where(np.abs(rest) > NOISE, rest, 0.0), np.nan)
-    name = f"{one.track.name}, flank {'+' if one.side > 0.0 else '-'}"
-    along = Axis("Along the roller", "mm")
-    return Map(f"Stock left, {name}", CAM_ANGLE, along, Axis("Stock", "µm"), np.degrees(phi), delta, values.T)
+    name = f"{one.track.name}, flank {'+' if one.side > 0.0 else '−'}"
+    axis = Axis("Along the roller", "mm")
+    return Map(f"Stock left, {name}", CAM_ANGLE, axis, Axis("Stock", "µm"), np.degrees(phi), delta, values.T)
+
+
+def _flank(one: RestField, phi: Floats, delta: Floats) -> Flank:
+    """The flank at cam angles and places along the roller, mm."""
+    return Flank(one.track, phi, np.array([one.track.meridian.parameter(float(d)) for d in delta]), one.side)

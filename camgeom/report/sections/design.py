@@ -174,13 +174,15 @@ def _beyond(model: Model, meshes: Meshes) -> list[Path]:
 
 def _leaning(model: Model) -> str:
     """By how much the flanks of a disc lean from its axis, in words; empty where none does."""
-    walls = model.profiles.walls if model.profiles is not None else ()
-    leans = {wall.name: f"{number(abs(np.degrees(wall.lean)), 6)}°" for wall in walls if wall.lean}
-    if not leans:
-        return ""
-    if len(set(leans.values())) == 1 and len(leans) == len(walls):
-        return f"; flank leans by {next(iter(leans.values()))}"
-    return f"; flank leans by {', '.join(f'{lean} ({name})' for name, lean in leans.items())}"
+    told = ""
+    for one in model.grooves:
+        walls = one.profiles.walls if one.profiles is not None else ()
+        leans = {wall.name: f"{number(abs(np.degrees(wall.lean)), 6)}°" for wall in walls if wall.lean}
+        alike = len(set(leans.values())) == 1 and len(leans) == len(walls)
+        each = tuple(leans.values())[:1] if alike else tuple(f"{lean} ({name})" for name, lean in leans.items())
+        whose = f" of follower {one.number + 1}" if len(model.grooves) > 1 else ""
+        told += f"; flank{whose} leans by {', '.join(each)}" if each else ""
+    return told
 
 
 def _draw_base(model: Model, circles: list[Circle], leaders: list[Leader]) -> None:
@@ -320,9 +322,12 @@ def axial(model: Model, meshes: Meshes) -> Drawing:
     paths += _behind(meshes, 1, 0.0, AXIAL)
     leaders: list[Leader] = []
     # A follower that stands elsewhere about the cam is not in this section.
+    shown = []
     for one in model.grooves:
-        here = not one.angle and any(_meets(track, 1, 0.0) for track in one.tracks)
-        leaders += _roller_notes(one, AXIAL) if here else []
+        ghosts = () if one.angle else _followers(one, 1, 0.0, AXIAL)
+        paths += ghosts
+        shown += [one.number + 1] if ghosts else []
+        leaders += _roller_notes(one, AXIAL) if ghosts and any(_meets(track, 1, 0.0) for track in one.tracks) else []
     for whose, track in [(one, track) for one in model.grooves for track in one.tracks[:1]]:
         joint = track.joint
         if _plate(whose):
@@ -338,8 +343,9 @@ def axial(model: Model, meshes: Meshes) -> Drawing:
             # Away from the bore, whose size stands on the cam axis, too.
             dimensions.append(Dimension((z, 0.0), (z, x), number(abs(x), 6), "left"))
             leaders.append(Leader((z, x), "turret axis"))
-    paths += _followers(model, 1, 0.0, AXIAL)
-    caption = f"Section through the cam axis, follower at cam angle 0{_leaning(model)}"
+    names = f" {' and '.join(map(str, shown))}" if len(model.grooves) > 1 else ""
+    stands = f", follower{names} at cam angle 0" if shown else ""
+    caption = f"Section through the cam axis{stands}{_leaning(model)}"
     regions = _regions(meshes, 1, 0.0, AXIAL)
     return Drawing(caption, tuple(paths), (), tuple(dimensions), tuple(leaders), regions)
 
