@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, final
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.checks.verdict import NO_GAP
 from camgeom.design.batch import LEVELS, Batch, evaluate, leveled, offered, supports
 from camgeom.design.sampling import Column, Plan
 from camgeom.design.study import Data, Value, replaced
@@ -124,6 +125,9 @@ class Bulk:
             profile = from_data(data, self.file)
             names = self.figures or offered(profile)
             found |= {check_of(check, profile) for check, figure, *_ in JUDGED if figure in names}
+            width = getattr(profile.follower, "face_width", None)
+            if width is None and "follower.face_width" not in self.plan.keys:
+                left.add(FACE)
             rated = profile.roller is not None and profile.roller.dynamic_rating is not None
             lives = {*LIVES, *(BEARING if rated or "roller.dynamic_rating" in self.plan.keys else ())}
             asked = profile.limits.life_h is not None or "limits.life_h" in self.plan.keys
@@ -132,7 +136,7 @@ class Bulk:
         return found - left
 
 
-PRESSURE, LIFE = "pressure", "life"
+PRESSURE, LIFE, FACE = "pressure", "life", "face-width"
 LIVES, BEARING = ("fatigue.roller_slice_life_h", "fatigue.cam_slice_life_h"), ("fatigue.bearing_life_h",)
 """a check of lives is made where all of them are known: one that fails says so, but no other one passes"""
 JUDGED: tuple[tuple[str, str, str, str], ...] = (
@@ -144,6 +148,10 @@ JUDGED: tuple[tuple[str, str, str, str], ...] = (
     *((LIFE, figure, "life_h", ">=") for figure in (*LIVES, *BEARING)),
     ("torque", "contact.peak_torque_n_m", "torque_n_m", "<="),
     ("rib-thickness", "flank.rib_thickness_mm", "min_wall_mm", ">="),
+    ("run-out", "checks.run-out", "", ">="),
+    ("floor-gap", "checks.floor-gap", "clearance_mm", ">"),
+    ("relative-curvature", "checks.relative-curvature", "", ">"),
+    (FACE, "flank.face_width_needed_mm", "face_width", "<="),
 )
 """check, the figure that it reads, the limit's key, and how they compare; of PRESSURE and LIFE see `check_of`"""
 WARNED = {"pressure-angle": "warn_pressure_angle_deg", "undercut": "warn_undercut_margin"}
@@ -166,13 +174,18 @@ def judged(profile: Profile, columns: Mapping[str, Floats], batch: Batch) -> tup
     failed: dict[str, npt.NDArray[np.bool_]] = {}
     warned = np.zeros(len(batch.reason), dtype=bool)
     for check, figure, key, way in JUDGED:
-        values, limit = batch.figures.get(figure), limit_of(profile, columns, key)
-        if values is None or limit is None or (figure == "contact.peak_pressure_mpa" and profile.roller is not None):
+        values = batch.figures.get(figure)
+        if values is None or (figure == "contact.peak_pressure_mpa" and profile.roller is not None):
+            continue
+        limit = limit_of(profile, columns, key)
+        if limit is None:
             continue
         check = check_of(check, profile)
-        if not key:
+        if check == "contact-kept":
             limit = -FORCE_SLACK * np.abs(batch.figures.get("contact.peak_force_n", np.zeros(1)))
-        bad = values > limit if way == "<=" else values < limit
+        if check == "floor-gap":
+            limit = limit + NO_GAP
+        bad = values > limit if way == "<=" else values <= limit if way == ">" else values < limit
         if check == "undercut":
             bad |= values <= 0.0
         failed[check] = failed.get(check, np.zeros(len(bad), dtype=bool)) | bad
@@ -184,7 +197,7 @@ def judged(profile: Profile, columns: Mapping[str, Floats], batch: Batch) -> tup
         if warn is not None:
             warned |= values > warn if way == "<=" else values < warn
     exists = batch.reason == 0
-    names = tuple(failed)
+    names = tuple(sorted(failed))
     code = np.zeros(len(exists), dtype=np.int64)
     for i, name in enumerate(names):
         code |= (failed[name] & exists).astype(np.int64) << i
@@ -203,7 +216,11 @@ def limit_of(profile: Profile, columns: Mapping[str, Floats], key: str) -> Any:
         return 0.0
     if f"limits.{key}" in columns:
         return columns[f"limits.{key}"]
+    if key == "face_width":
+        return columns.get("follower.face_width", getattr(profile.follower, "face_width", None))
     value = getattr(profile.limits, key)
+    if key == "warn_pressure_angle_deg" and key not in profile.limits.model_fields_set:
+        return np.minimum(profile.follower.pressure_angle_limit, limit_of(profile, columns, "pressure_angle_deg"))
     if key == "min_wall_mm":
         return np.maximum(value, 2.0 * _given(profile, columns, "output.tolerance"))
     if key != "contact_pressure_mpa" or value is not None:

@@ -254,7 +254,7 @@ def range_text(field: FieldInfo) -> str:
     parts = [text.format(bounds[name]) for name, text in _BOUNDS.items() if name in bounds]
     text = field.description or ""
     unit = "mm or deg" if OF_SLIDE.match(text) else _unit(text)
-    return " and ".join(parts) + (f" {unit}" if unit and parts else "")
+    return " and ".join(parts) + (f" {unit}" if unit not in ("", "1") and parts else "")
 
 
 def _constraints(annotation: Any) -> Iterable[Any]:

@@ -11,11 +11,11 @@ import pytest
 
 from camgeom.cli import main
 from camgeom.design.batch import LEVELS
-from camgeom.design.bulk import Bulk
+from camgeom.design.bulk import Bulk, limit_of
 from camgeom.design.sampling import DRAWN, Plan, sample, tie
-from camgeom.design.study import axis
+from camgeom.design.study import axis, replaced
 from camgeom.errors import ProfileError
-from camgeom.profile import read_data
+from camgeom.profile import from_data, read_data
 from camgeom.profile.text import dump
 
 Captured = pytest.CaptureFixture[str]
@@ -195,6 +195,77 @@ def test_a_thin_rib_is_judged_by_the_batch_as_by_the_model(tmp_path: Path, capsy
         assert one["flank.rib_thickness_mm"] == pytest.approx(other["flank.rib_thickness_mm"], rel=1e-5)
     assert [row["verdict"] for row in batch["rows"]][1:] == [row["verdict"] for row in exact["rows"]][1:]
     assert len({row["verdict"] for row in batch["rows"]}) == 3
+
+
+DRUM = Path("profiles/pin_insertion.toml")
+
+
+@pytest.mark.parametrize("key", ["limits.velocity", "limits.clearance_mm", "limits.life_h", "cam.root_radius"])
+def test_a_key_that_no_figure_hangs_on_is_the_models(disc: Path, key: str) -> None:
+    """300 limits of the velocity were 300 rows that were the same, and none of them failed."""
+    groove, read = read_data(DRUM), ("limits.clearance_mm", "limits.life_h")
+    why = Bulk(groove, str(DRUM), plan("sobol:300", f"{key}=1:2")).refused()
+    assert why is None if key in read else why == f"{key}: no figure and no check of the batch hangs on it"
+    if not key.startswith("cam"):
+        # A disc has no floor.
+        why = Bulk(read_data(disc), str(disc), plan("sobol:300", f"{key}=1:2")).refused()
+        assert (why is None) == (key == "limits.life_h")
+
+
+@pytest.mark.parametrize(
+    ("key", "holds", "fails", "check"),
+    [
+        ("cam.length", 103.1, 102.9, "run-out"),
+        ("limits.clearance_mm", 0.99, 1.01, "floor-gap"),
+    ],
+)
+def test_ends_and_floor_of_a_drum_are_judged_as_by_the_model(
+    tmp_path: Path, capsys: Captured, key: str, holds: float, fails: float, check: str
+) -> None:
+    rows = []
+    for way in ("--batch", "--exact"):
+        command = ["study", str(DRUM), "--vary", f"{key}={holds},{fails}", "--out", str(tmp_path), "--json", way]
+        main(command)
+        rows.append([check in row["reason"].split("; ") for row in json.loads(capsys.readouterr().out)["rows"]])
+    assert rows[0] == rows[1] == [False, True]
+
+
+def test_a_face_too_narrow_is_judged_by_the_batch_as_by_the_model(tmp_path: Path, capsys: Captured) -> None:
+    needed = 0.0
+    for way in ("--exact", "--batch"):
+        command = ["study", "profiles/disc_flat_face.toml", "--out", str(tmp_path), "--json", way]
+        if not needed:
+            main([*command, "--vary", "follower.face_width=60"])
+            needed = json.loads(capsys.readouterr().out)["rows"][0]["flank.face_width_needed_mm"]
+        main([*command, "--vary", f"follower.face_width={needed * 1.002},{needed * 0.998}"])
+        assert [row["reason"] for row in json.loads(capsys.readouterr().out)["rows"]] == ["", "face-width"]
+
+
+def test_a_warning_beyond_its_limit_is_bad_input_to_the_batch_too(disc: Path) -> None:
+    axes = ("limits.pressure_angle_deg=40,20,40", "limits.warn_pressure_angle_deg=35,35,41")
+    found = Bulk(read_data(disc), str(disc), plan("list", *axes)).columns(range(3))
+    beyond = "limits.warn_pressure_angle_deg: the limit fails before it warns"
+    assert list(found["reason"]) == ["", beyond, beyond]
+    assert list(found["verdict"])[1:] == ["bad input"] * 2
+
+
+def test_the_angle_that_warns_follows_a_varied_limit() -> None:
+    """Of a limit of 24 deg it warns from 24 deg on, not from the usual 30 deg, nor from 24 where the limit is 40."""
+    data = {**read_data(DRUM), "limits": {"pressure_angle_deg": 24.0}}
+    profile = from_data(data, "")
+    varied = {"limits.pressure_angle_deg": np.array([24.0, 28.0, 40.0])}
+    assert list(limit_of(profile, varied, "warn_pressure_angle_deg")) == [24.0, 28.0, 30.0]
+    assert [from_data(replaced(data, ("limits", "pressure_angle_deg"), float(one), ""), "").limits.
+            warn_pressure_angle_deg for one in varied["limits.pressure_angle_deg"]] == [24.0, 28.0, 30.0]
+
+
+def test_reasons_stand_in_the_order_of_the_models(disc: Path, tmp_path: Path, capsys: Captured) -> None:
+    told = []
+    for way in ("--batch", "--exact"):
+        main(["study", str(disc), "--vary", "limits.pressure_angle_deg=5", "--vary", "limits.contact_pressure_mpa=5",
+              "--out", str(tmp_path), "--json", way])
+        told.append([row["reason"] for row in json.loads(capsys.readouterr().out)["rows"]])
+    assert told[0] == told[1] == ["contact-pressure; pressure-angle"]
 
 
 def test_few_variants_are_the_models_and_it_says_so(disc: Path, tmp_path: Path, capsys: Captured) -> None:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, Protocol, cast, final
+from typing import TYPE_CHECKING, Any, Protocol, cast, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,7 +90,41 @@ def supports(profile: Profile, varied: Sequence[str]) -> str | None:
     found = _kernel(profile)
     if found is None:
         return f"the batch has no kernel for kind = {profile.kind!r}"
-    return refused_keys(profile, varied) or found.supports(profile, varied)
+    return refused_keys(profile, varied) or found.supports(profile, varied) or _unread(found, profile, varied)
+
+
+class _Asked(dict[str, Floats]):
+    """Columns that remember which of them were asked for."""
+
+    def __init__(self, columns: Mapping[str, Floats]) -> None:
+        super().__init__(columns)
+        self.read: set[str] = set()
+
+    def __getitem__(self, key: str) -> Floats:
+        self.read.add(key)
+        return super().__getitem__(key)
+
+    def get(self, key: str, default: Any = None) -> Any:
+        """The column, or the default."""
+        self.read.add(key)
+        return super().get(key, default)
+
+
+def _unread(kernel: Kernel, profile: Profile, varied: Sequence[str]) -> str | None:
+    """A varied key that neither a figure nor a check of the batch reads, so that all its rows would be equal: the
+    profile's own values are computed once, by each key alone."""
+    from camgeom.design.batch.variants import value_of
+    from camgeom.design.bulk import judged
+
+    for key in varied:
+        value = value_of(profile, key)
+        columns = _Asked({key: np.array([1.0 if value is None else float(value)])})
+        batch = kernel.kernel(profile, columns, kernel.offered(profile), LEVELS[0])
+        judged(profile, columns, batch)
+        # Of a variant that does not exist not everything was asked.
+        if key not in columns.read and batch.reason[0] == 0:
+            return f"{key}: no figure and no check of the batch hangs on it"
+    return None
 
 
 LEVELS = (1e-2, 3e-3)

@@ -393,6 +393,8 @@ def motion_of(variants: Variants, cuts: tuple[float, ...] = (), busy: bool = Fal
     angle, position = np.zeros(1), np.zeros(1)
     last = len(profile.motion) - 1
     half = profile.cam.MOTION_SPAN < 360.0
+    for i in range(last + 1):
+        refusals.add(variants.number(f"motion[{i}].until") > 360.0, f"motion[{i}].until: out of range")
     for i, segment in enumerate(profile.motion):
         until = np.radians(variants.number(f"motion[{i}].until"))
         refusals.add(until - angle < LEAST_WIDTH, f"motion[{i}].until: each segment must end after the one before it")

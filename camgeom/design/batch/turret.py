@@ -22,7 +22,6 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from camgeom.cams._turret import TurretKeys
-from camgeom.cams.globoidal import Globoidal
 from camgeom.design.batch import Batch
 from camgeom.design.batch.driven import LOAD_FIGURES, LOADED, chunk_of, refused
 from camgeom.design.batch.indexer import Ends, Indexer, Line, Seat
@@ -57,10 +56,9 @@ def supports(profile: Profile, varied: Sequence[str]) -> str | None:
     """None where the closed forms hold; else why not."""
     cam = profile.cam
     assert isinstance(cam, TurretKeys)
-    stretched = (cam.preload, cam.hub_length) if isinstance(cam, Globoidal) else (0.0, 0.0)
-    for key, given in zip(("cam.relief", "cam.preload", "cam.hub_length"), (cam.relief, *stretched)):
-        if key in varied or given:
-            return f"{key}: rollers that are pressed or relieved, and hubs, are for the exact model"
+    for key in ("relief", "preload", "hub_diameter", "hub_length", "root_radius"):
+        if f"cam.{key}" in varied or getattr(cam, key, None):
+            return f"cam.{key}: rollers that are pressed or relieved, hubs and rounded roots are for the exact model"
     return refused(profile, varied)
 
 

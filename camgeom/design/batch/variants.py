@@ -80,7 +80,8 @@ def refused_keys(profile: Profile, varied: Sequence[str]) -> str | None:
             return f"{key}: output shaft and bolts are left to the exact model"
         if table in SOLVED:
             return f"{key}: [{table}] is answered by a solver, which takes one variant at a time"
-        if table == "operation" and (profile.dynamics is not None or profile.impact is not None):
+        moved = table == "operation" or key in ("follower.mass", "follower.inertia")
+        if moved and (profile.dynamics is not None or profile.impact is not None):
             return f"{key}: the profile's [dynamics] or [impact] is solved again for every variant"
         if key in (f"roller.{end}" for end in ENDS):
             return f"{key}: is left to the exact model, which solves the contact on a half-space"
@@ -125,12 +126,25 @@ class Variants:
 
     def __init__(self, profile: Profile, columns: Mapping[str, Floats]) -> None:
         self.profile = profile
-        self.columns = {key: np.asarray(values, dtype=np.float64) for key, values in columns.items()}
+        self.columns = columns
         self.size = len(next(iter(self.columns.values())))
         self.rows: NDArray[np.intp] | None = None
         self.refusals = Refusals(self.size)
         for key, values in self.columns.items():
             self.refusals.add(_beyond(profile, key, values), f"{key}: out of range")
+        if self.varied("limits."):
+            self._refuse_warnings()
+
+    def _refuse_warnings(self) -> None:
+        """Thresholds of warnings beyond the limit they stand before."""
+        angle, margin = self.optional("limits.pressure_angle_deg"), self.number("limits.undercut_margin")
+        for key, limit in (("limits.warn_pressure_angle_deg", angle), ("limits.warn_undercut_margin", margin)):
+            warn = self.optional(key)
+            stated = key in self.columns or key.removeprefix("limits.") in self.profile.limits.model_fields_set
+            if warn is None or limit is None or not stated:
+                continue
+            beyond = warn > limit if limit is angle else (warn > 0.0) & (warn < limit)
+            self.refusals.add(beyond, f"{key}: the limit fails before it warns")
 
     def of(self, rows: NDArray[np.intp]) -> Variants:
         """These variants, each as often as it is named, without their reasons."""
