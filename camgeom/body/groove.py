@@ -23,7 +23,7 @@ from camgeom.solid.prism import FaceGroove, GroovedPlate
 from camgeom.track import TURN, Track
 from camgeom.track.flank import Flank
 from camgeom.track.outline import CircleOutline
-from camgeom.track.section import Column, GrooveSection
+from camgeom.track.section import Column
 
 STEPS = 40
 FLATTEST = 0.05
@@ -162,13 +162,9 @@ class DrumGroove:
         """The same body with another root, mm."""
         return replace(self, body=replace(self.body, track=replace(self.body.track, root=root)))
 
-    @cached_property
-    def _section(self) -> GrooveSection:
-        return self.body.section()
-
     def at(self, phi: Floats, row: Floats) -> Floats:
         """Points (3, n) of the contour."""
-        return self._section.at(phi, row, (1, 1, 1, 1, 1))
+        return self.body.section.at(phi, row, (1, 1, 1, 1, 1))
 
     def uv(self, z: Floats, r: Floats) -> tuple[Floats, Floats]:
         """u and v of points."""
@@ -185,7 +181,7 @@ class DrumGroove:
 
     def second(self, side: float) -> bool:
         """Whether a side is the second flank."""
-        return side != self._section.first
+        return side != self.body.section.first
 
     def word(self, side: float) -> str:
         """The flank in words."""
@@ -193,7 +189,7 @@ class DrumGroove:
 
     def place(self, theta: float, side: float, t: Floats) -> tuple[Floats, Floats, Floats]:
         """Place, azimuth and normals of what touches."""
-        track, section = self.body.track, self._section
+        track, section = self.body.track, self.body.section
         column = Column(track, np.array([theta]))
         top, foot = float(column.reach(side, section.level, section.guess)[0, 0]), float(column.bottom_t()[0, 0])
         share = np.clip((t - top) / (foot - top), 0.0, 1.0)
@@ -314,7 +310,7 @@ class PlateGroove:
 def groove_of(part: Part, cutters: tuple[Track, ...]) -> Groove | None:
     """The groove of a drum or a plate, cut by the track given, where it is one closed ring; None of other bodies, and
     of a cone, whose layers from groove to bore are not even, and of flanks that lean."""
-    if isinstance(part, GroovedCylinder) and not part.slope and part.fits():
+    if isinstance(part, GroovedCylinder) and not part.slope and part.fits:
         return DrumGroove(part)
     if isinstance(part, GroovedPlate) and len(part.grooves) == 1 and not part.leans:
         return PlateGroove(part, cutters[0]) if isinstance(part.rim.outline, CircleOutline) else None

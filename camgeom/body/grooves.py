@@ -311,7 +311,7 @@ def contour_sets(section: GroovedSection, layer: Index, track: int) -> dict[str,
 
 def grooves_of(part: Part, cutters: Sequence[tuple[Track, ...]]) -> DrumGrooves | PlateGrooves | None:
     """The grooves of a body with several, cut by the tools of its tracks, where all are rings; None of others."""
-    if isinstance(part, GroovedDrum) and part.fits():
+    if isinstance(part, GroovedDrum) and part.fits:
         order = tuple(part.rings.index(ring) for ring in part.ordered)
         return DrumGrooves(tuple(DrumGroove(part.rings[k]) for k in order), order)
     circle = isinstance(part, GroovedPlate) and isinstance(part.rim.outline, CircleOutline)

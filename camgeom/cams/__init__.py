@@ -74,8 +74,12 @@ class Cam(Section, ABC):
         del others, rollers
         return []
 
-    def joined(self, mechanisms: Sequence[Mechanism]) -> tuple[tuple[Part, ...], tuple[Wall, ...]]:
-        """The bodies that several tracks make, and all of their walls. DesignError where no body holds them."""
+    def joined(self, mechanisms: Sequence[Mechanism]) -> tuple[Part, ...]:
+        """The bodies that several tracks make. DesignError where no body holds them."""
+        raise DesignError(f"{len(mechanisms)} tracks: this kind of cam has room for one")
+
+    def joined_walls(self, mechanisms: Sequence[Mechanism], parts: Sequence[Part]) -> tuple[Wall, ...]:
+        """All walls of the bodies that several tracks make."""
         raise DesignError(f"{len(mechanisms)} tracks: this kind of cam has room for one")
 
 

@@ -102,8 +102,8 @@ class Cylindrical(Cam):
             cam=self,
         )
 
-    def joined(self, mechanisms: Sequence[Mechanism]) -> tuple[tuple[Part, ...], tuple[Wall, ...]]:
-        """The drum with several grooves, and what is left between them. DesignError for ribs and run-outs."""
+    def joined(self, mechanisms: Sequence[Mechanism]) -> tuple[Part, ...]:
+        """The drum with several grooves. DesignError for ribs and run-outs."""
         from camgeom.solid.drum import GroovedCylinder
         from camgeom.solid.grooves import GroovedDrum
 
@@ -112,9 +112,14 @@ class Cylindrical(Cam):
         if len(rings) < len(parts):
             raise DesignError("several tracks on one drum are closed grooves inside both of its ends")
         named = tuple(replace(ring, track=replace(ring.track, name=f"groove {k}")) for k, ring in enumerate(rings, 1))
-        drum = GroovedDrum("cam", named, rings[0].blank, self.radius, self.length)
-        walls = dict.fromkeys([*(wall for one in mechanisms for wall in one.walls), *drum.lands])
-        return (drum,), tuple(walls)
+        return (GroovedDrum("cam", named, rings[0].blank, self.radius, self.length),)
+
+    def joined_walls(self, mechanisms: Sequence[Mechanism], parts: Sequence[Part]) -> tuple[Wall, ...]:
+        """Those of each groove, and what is left between them."""
+        from camgeom.solid.grooves import GroovedDrum
+
+        lands = [land for part in parts if isinstance(part, GroovedDrum) for land in part.lands]
+        return tuple(dict.fromkeys([*(wall for one in mechanisms for wall in one.walls), *lands]))
 
     def idle(self, setup: Setup) -> dict[str, str]:
         """Keys of the other form, and of followers of planar cams."""
@@ -308,7 +313,7 @@ class CylindricalMechanism(Mechanism):
             return (RibbedCylinder("cam", lower, upper, blank, cam.floor_radius, cam.radius, cam.length),)
         (track,) = cutters
         ring = GroovedCylinder("cam", track, blank, cam.radius, cam.length)
-        if ring.fits():
+        if ring.fits:
             return (ring,)
         from camgeom.solid.cut import CutBlank
 

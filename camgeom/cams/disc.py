@@ -128,16 +128,21 @@ class Disc(Cam):
         del rollers
         return _contradictions([(cam.form, cam.face, cam.rim) for cam in (self, *others) if isinstance(cam, Disc)])
 
-    def joined(self, mechanisms: Sequence[Mechanism]) -> tuple[tuple[Part, ...], tuple[Wall, ...]]:
-        """The disc with all of its tracks and what is left between them."""
+    def joined(self, mechanisms: Sequence[Mechanism]) -> tuple[Part, ...]:
+        """The disc with all of its tracks."""
         from camgeom.cams._faces import plate_of
 
         discs = [one for one in mechanisms if isinstance(one, DiscMechanism)]
         grooves = {f"groove {k}": one.face_groove for k, one in enumerate(discs, 1) if one.face_groove is not None}
         profile = next((one.flanks[0] for one in discs if one.face_groove is None), None)
         rim = profile or Loop(CircleOutline(0.5 * (self.diameter or 0.0)), "rim")
-        plate = plate_of(grooves, rim, self.width, discs[0].bore)
-        return (plate,), plate.walls
+        return (plate_of(grooves, rim, self.width, discs[0].bore),)
+
+    def joined_walls(self, mechanisms: Sequence[Mechanism], parts: Sequence[Part]) -> tuple[Wall, ...]:
+        """What is left between tracks, to the outside and to the bore."""
+        from camgeom.solid.prism import GroovedPlate
+
+        return tuple(wall for part in parts if isinstance(part, GroovedPlate) for wall in part.walls)
 
     @property
     def inside(self) -> str:

@@ -77,7 +77,7 @@ class Body(Sealed):
     def parts(self) -> tuple[Part, ...]:
         """The recipes of the bodies."""
         mechanisms = self._mechanisms
-        return mechanisms[0].parts if len(mechanisms) == 1 else self._joined[0]
+        return mechanisms[0].parts if len(mechanisms) == 1 else self._joined
 
     @property
     def _mechanisms(self) -> list[Mechanism]:
@@ -85,7 +85,7 @@ class Body(Sealed):
         return [one.mechanism for one in self.bindings[0].grooves]
 
     @fact
-    def _joined(self) -> tuple[tuple[Part, ...], tuple[Wall, ...]]:
+    def _joined(self) -> tuple[Part, ...]:
         return self.profile.cam.joined(self._mechanisms)
 
     @fact
@@ -152,7 +152,7 @@ class Body(Sealed):
     def walls(self) -> tuple[Wall, ...]:
         """Thinnest walls of the bodies."""
         mechanisms = self._mechanisms
-        return mechanisms[0].walls if len(mechanisms) == 1 else self._joined[1]
+        return mechanisms[0].walls if len(mechanisms) == 1 else self.profile.cam.joined_walls(mechanisms, self._joined)
 
     @fact
     def mass(self) -> tuple[MassProperties, ...]:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from camgeom.errors import DesignError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.sampling import Grid, sample
 from camgeom.maths.surface import dot
 from camgeom.solid import TOUCHED, QuickPart, Solid, eased, stated
@@ -55,6 +56,7 @@ class GroovedCylinder(QuickPart):
         """Radii of a cone's two end rings, mm; None of a cylinder's, which are as far out as the groove's edges."""
         return (self.radius, self.radius - self.slope * self.length) if self.slope else (None, None)
 
+    @cached_property
     def section(self) -> GrooveSection:
         """The groove's cross-section, flank with the smaller z first."""
         column = Column(self.track, np.zeros(1))
@@ -62,10 +64,11 @@ class GroovedCylinder(QuickPart):
         first = 1.0 if column.wall(1.0, t)[2, 0, 0] < column.wall(-1.0, t)[2, 0, 0] else -1.0
         return GrooveSection(self.track, self.outside, self.radius, first)
 
+    @cached_property
     def fits(self) -> bool:
         """True where the groove stays inside both end faces, so that the body is one closed grid."""
         phi = np.linspace(*self.track.span, 721)
-        column, section = Column(self.track, phi), self.section()
+        column, section = Column(self.track, phi), self.section
         z = [column.wall(side, column.reach(side, section.level, self.radius))[2] for side in (1.0, -1.0)]
         if self.slope:
             # Of a roller that leans the foot may leave a body that its edge stays within.
@@ -76,7 +79,7 @@ class GroovedCylinder(QuickPart):
 
     def grid(self, tolerance: float, free: float | None = None) -> tuple[Grid, tuple[str, ...]]:
         """The structured grid from the lower end ring to the upper one, and the name of each band."""
-        section = self.section()
+        section = self.section
 
         def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
             groove = section.rows(Column(self.track, phi), counts[1:-1])
@@ -138,7 +141,7 @@ class GroovedCylinder(QuickPart):
         return made, sag if free is None else 0.0
 
     def _corner_sag(self, angles: tuple[Floats, Floats]) -> float:
-        first, sags = self.section().first, []
+        first, sags = self.section.first, []
         for side, phi in zip((first, -first), angles):
             start, middle, stop = (
                 column.wall(side, column.bottom_t())[:, :, 0]

@@ -194,7 +194,7 @@ def drum_bands(rings: Sequence[GroovedCylinder], tolerance: float) -> list[Band]
 
 def _groove(ring: GroovedCylinder, tolerance: float) -> list[Band]:
     """Flank, foot, floor, foot and flank, the one with the smaller z first; each foot in two halves."""
-    section, columns = ring.section(), Columns(ring.track)
+    section, columns = ring.section, Columns(ring.track)
     sides = (0, 1) if len(section.names) == 2 else (0, 2, 3, 4, 1)
     # The rows of a ball that swings stand as roots of their numbers towards the bottom: half way in number
     # is at sqrt(1/2) of the way, where a chord shows 4 (sqrt(1/2) - 1/2) of its sag.

@@ -40,7 +40,7 @@ class GroovedDrum(QuickPart):
 
     def _edge(self, ring: GroovedCylinder, which: float, phi: Floats) -> Callable[[float], Floats]:
         """The lower (1) or the upper (-1) edge of a groove, (3, n), as deep as a radius, mm, to the drum's own."""
-        column, section = Column(ring.track, phi), ring.section()
+        column, section = Column(ring.track, phi), ring.section
         side = which * section.first
         outside = column.reach(side, section.level, self.radius)
         return lambda depth: edge_at(column, side, outside, depth, self.radius)
@@ -49,13 +49,10 @@ class GroovedDrum(QuickPart):
         """Radii, mm, from the floor of the shallower groove to the outside: grooves near the axis are nearer in arc."""
         return np.linspace(max(ring.track.tip for ring in rings), self.radius, DEPTHS)
 
+    @property
     def fits(self) -> bool:
         """True where every groove stays inside both end faces and none reaches into the next one."""
-        return self._inside and all(land.thickness > 0.0 for land in self.lands)
-
-    @cached_property
-    def _inside(self) -> bool:
-        return all(ring.fits() for ring in self.rings)
+        return all(ring.fits for ring in self.rings) and all(land.thickness > 0.0 for land in self.lands)
 
     @cached_property
     def lands(self) -> tuple[Wall, ...]:
@@ -81,7 +78,7 @@ class GroovedDrum(QuickPart):
 
     def refuse_overlap(self) -> None:
         """DesignError where a groove runs out of an end face or into the next one."""
-        if not self._inside:
+        if not all(ring.fits for ring in self.rings):
             raise DesignError("a groove runs out of an end face, so the body is not one closed grid")
         for land in self.lands:
             if land.thickness <= 0.0:
@@ -91,7 +88,7 @@ class GroovedDrum(QuickPart):
         """Mesh directly. Raises DesignError where a groove runs out of an end face or into the next one."""
         self.refuse_overlap()
         rings = self.ordered
-        sections = [ring.section() for ring in rings]
+        sections = [ring.section for ring in rings]
         most: tuple[int, ...] = (1,)
         names: tuple[str, ...] = ("land",)
         for section in sections:
@@ -146,8 +143,9 @@ def _land(below: Floats, above: Floats, phi: Floats) -> tuple[float, float]:
     np.maximum.at(reach, near, beside)
     rows = np.flatnonzero(rough.min(axis=1)[near] - beside - longest <= least)
     first = rough.argmin(axis=1)
-    apart = (np.arange(count) - first[:, None] + count // 2) % count - count // 2
-    most = int(np.abs(apart[rough - reach[:, None] - longest <= least]).max())
+    here, there = np.nonzero(rough - reach[:, None] - longest <= least)
+    apart = (there - first[here] + count // 2) % count - count // 2
+    most = int(np.abs(apart).max())
     segments = (first[near[rows], None] + np.arange(-most, most + 1)) % count
     d, along = flat[0][:, rows, None] - start.take(segments, axis=1), along.take(segments, axis=1)
     d[0] -= turn * np.rint(d[0] / turn)

@@ -24,7 +24,7 @@ def test_every_cell_of_a_large_grid_is_within_tolerance():
     assert grid.rising.size > 120_000
 
     def rows(phi, counts):
-        groove = part.section().rows(Column(part.track, phi), counts[1:-1])
+        groove = part.section.rows(Column(part.track, phi), counts[1:-1])
         low = part.land(groove[:, :, 0], 0.0, counts[0])
         high = part.land(groove[:, :, -1], part.length, counts[-1])
         return np.concatenate([low, groove, high[:, :, ::-1]], axis=2)

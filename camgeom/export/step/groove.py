@@ -34,9 +34,9 @@ def grooved_solid(body: GroovedCylinder, tolerance: float = TOLERANCE) -> Brep:
     Raises DesignError where the groove runs out of an end or its edge turns back (the mesh says so too), NotConverged
     where the motion has a kink that is no knot.
     """
-    if not body.fits():
+    if not body.fits:
         raise DesignError(f"{body.name!r}: the groove runs out of an end face, so it is no closed ring")
-    section = body.section()
+    section = body.section
     walls = FlankPair(body.track, section.level, section.guess)
     bands = [
         land(walls.edge(section.first), 0.0, True, body.radius, slope=body.slope),
@@ -51,12 +51,12 @@ def grooved_solid(body: GroovedCylinder, tolerance: float = TOLERANCE) -> Brep:
 def grooves_solid(body: GroovedDrum, tolerance: float = TOLERANCE) -> Brep:
     """The drum with several grooves as a solid whose fitted faces are within `tolerance` mm of the exact ones; raises
     as above."""
-    if not body.fits():
+    if not body.fits:
         raise DesignError(f"{body.name!r}: a groove runs out of an end face or into the next one")
     bands: list[ShellBand] = []
     before: SurfacePoints | None = None
     for ring in body.ordered:
-        section = ring.section()
+        section = ring.section
         walls = FlankPair(ring.track, section.level, section.guess)
         low, high = walls.edge(section.first), walls.edge(-section.first)
         bands.append(land(low, 0.0, True, body.radius) if before is None else crest(before, low, body.radius))
