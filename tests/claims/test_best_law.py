@@ -144,6 +144,38 @@ def test_the_least_mean_square_with_a_jerk_limit_is_the_ramped_line() -> None:
     within(Wish("rms-acceleration", jerk=jerk), law)
 
 
+@pytest.mark.parametrize(("jerk", "most"), [(235.97, 4.427), (72.5, 4.8), (200.0, 5.2)])
+def test_the_least_mean_square_under_both_limits_is_the_clipped_line(jerk: float, most: float) -> None:
+    """a = J x up to A, A up to t, then the line through 0 at the middle, mirrored; t by bisection of the lift. Its
+    bound was none, and laws under a jerk limit exceeded it by up to 5e-8."""
+    ramp = most / jerk
+    low, high = ramp, 0.5
+
+    def lift(t: float) -> float:
+        rises = quad(lambda x: (1.0 - 2.0 * x) * jerk * x, 0.0, ramp)[0]
+        held = quad(lambda x: (1.0 - 2.0 * x) * most, ramp, t)[0]
+        return rises + held + most * (1.0 - 2.0 * t) ** 2 / 6.0
+
+    for _ in range(60):
+        t = 0.5 * (low + high)
+        low, high = (t, high) if lift(t) < 1.0 else (low, t)
+    square = 2.0 * (most**2 * ramp / 3.0 + most**2 * (t - ramp) + most**2 * (0.5 - t) / 3.0)
+    wish = Wish("rms-acceleration", jerk=jerk, acceleration=most)
+    law = found(wish)
+    assert law.bound <= math.sqrt(square) <= law.value * (1.0 + 1e-12)
+    assert law.value == pytest.approx(math.sqrt(square), rel=1e-3)
+    assert law.gap < 1e-3
+    within(wish, law)
+
+
+@pytest.mark.parametrize("wish", [
+    Wish("rms-acceleration", jerk=158.654199981013, velocity=1.5440041562220026),
+    Wish("rms-acceleration", jerk=254.7845340868896),
+])  # fmt: skip
+def test_a_mean_square_exceeds_no_limit_between_its_breaks(wish: Wish) -> None:
+    within(wish, found(wish))
+
+
 def test_below_the_least_jerk_nothing_is_possible_and_at_it_something_is() -> None:
     refused = best(Wish("peak-acceleration", jerk=31.99))
     assert isinstance(refused, Impossible)

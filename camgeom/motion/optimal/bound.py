@@ -196,9 +196,15 @@ def _with_jerk(task: Task, field: _Field, shape: Shape, m: Multipliers) -> tuple
             cells = np.flatnonzero((span >= first) & (span < last))
             before = level[first - 1] if first else total[0]
             after = level[last] if last < len(level) else total[-1]
-            bounds = (min(before, after), max(before, after)) if last - first < len(level) else (-np.inf, np.inf)
-            low[cells] = np.clip(total[:-1][cells], *bounds)
-            high[cells] = np.clip(total[1:][cells], *bounds)
+            ways = [(cells, before, after)] if last - first < len(level) else []
+            low[cells], high[cells] = total[:-1][cells], total[1:][cells]
+            if task.mean:
+                # Such a run may hold both limits of the acceleration: W goes up, and down again between its ends.
+                head, tail = cells[span[cells] == first], cells[span[cells] == last - 1]
+                ways = [(head, before, total[head[-1] + 1]), (tail, total[tail[0]], after)] if ways else []
+            for some, one, other in ways:
+                low[some] = np.clip(total[:-1][some], min(one, other), max(one, other))
+                high[some] = np.clip(total[1:][some], min(one, other), max(one, other))
         for first, last in cruises(shape):
             # While the velocity is held nothing else is: S is W there, and the spans beside it end on the same level.
             beside = [k for k in (first - 1, last) if 0 <= k < len(level) and active[k]]

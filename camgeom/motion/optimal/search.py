@@ -167,7 +167,7 @@ def _least_square(task: Task, mesh: Shape) -> Found | None:
         # No mean square is below none.
         bound = lower_bound(task, solved.shape, solved.multipliers) if solved.value > EXACT else 0.0
         if best is None or bound > best.bound:
-            best = Found(merged(solved.shape), solved.value, bound, solved)
+            best = Found(merged(solved.shape, EXACT), solved.value, bound, solved)
         if best.value <= EXACT or best.value - best.bound <= CLOSE * best.value:
             break
         turns = np.abs(np.diff(solved.shape.jerk))
@@ -348,9 +348,9 @@ def divided(shape: Shape, counts: npt.NDArray[np.int_]) -> Shape:
     return Shape(x, np.interp(x, shape.x, shape.a) if shape.smooth else np.repeat(shape.a, counts))
 
 
-def merged(shape: Shape) -> Shape:
-    """The shape without the breaks at which nothing changes."""
+def merged(shape: Shape, nothing: float = 1e-7) -> Shape:
+    """The shape without the breaks at which nothing changes, or less than a share of the largest."""
     step = np.diff(shape.jerk if shape.smooth else shape.a)
     size = np.abs(shape.jerk if shape.smooth else shape.a).max()
-    kept = np.concatenate([[True], np.abs(step) > 1e-7 * size, [True]])
+    kept = np.concatenate([[True], np.abs(step) > nothing * size, [True]])
     return Shape(shape.x[kept], shape.a[kept] if shape.smooth else shape.a[kept[:-1]])
