@@ -256,7 +256,12 @@ class Column:
             except DesignError:
                 # Sought beyond the stretch on which the roller touches anything: the flank ends before the surface.
                 break
-            t0, f0, t1, f1 = t1, f1, t1 - move, after
+            # Where rounding alone is left a secant through it may lead anywhere.
+            settled = (np.abs(f1) < 1e-11 * scale) & (np.abs(after) >= np.abs(f1))
+            if settled.all():
+                break
+            pairs = (t0, t1), (f0, f1), (t1, t1 - move), (f1, after)
+            t0, f0, t1, f1 = (np.where(settled, kept, new) for kept, new in pairs)
         if float(np.abs(f1).max()) < 1e-11 * scale:
             return t1[:, 0]
         worst = int(np.argmax(np.abs(f1)))

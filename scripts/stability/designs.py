@@ -22,9 +22,10 @@ LATER, KINDS_LATER = 100_000, ("end-face", "unequal-pair", "stations", "grooves"
                               "linear-edge", "disc-cone", "conical", "bell", "groove-cone", "pair-cone",
                               "faces-cone")  # fmt: skip
 """kinds that came when the seeds below had been judged already: those of seeds from LATER on, EACH of one after
-another, and then from the first one again
+another, and then from the first one again, ROUND kinds in all
 """
-EACH = 10_000
+EACH, ROUND = 10_000, 13
+"""seeds of a kind, and kinds that come again: one that is added takes seeds of its own"""
 SMOOTH = (
     "3-4-5", "4-5-6-7", "5-6-7-8-9", "cycloidal", "freudenstein-1-3", "freudenstein-1-3-5", "gutman-1-3",
     "modified-constant-velocity", "modified-sine", "modified-trapezoid", "polynomial", "power-polynomial", "scca",
@@ -75,7 +76,7 @@ def kind_of(seed: int) -> str:
     """The kind of a seed."""
     if seed < LATER:
         return KINDS[seed % len(KINDS)]
-    return KINDS_LATER[(seed - LATER) // EACH % len(KINDS_LATER)]
+    return KINDS_LATER[(seed - LATER) // EACH % ROUND]
 
 
 def design(seed: int) -> dict[str, Any]:

@@ -30,7 +30,7 @@ from tests.reference.profiles import enlarged
 sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 
 from designs import design
-from judging import judge
+from judging import frozen, judge
 
 NUMBERED = "pitch_depth_mm", "pitch_radius_mm", "chord_error_mm"
 CONE = {"shape": "cone", "diameter": 19.0, "length": 11.0, "half_angle": 8.0}
@@ -117,6 +117,19 @@ def test_the_pressure_angle_is_that_of_the_path_on_the_parallel_cone() -> None:
             away = cam.radius - (25.0 + s) * sin(radians(lean)) - depth * cos(radians(lean))
             found = survey.pressure_angle_at(place).value
             assert found == pytest.approx(np.arctan(np.abs(ds) / away).max(), rel=1e-6)
+
+
+@pytest.mark.parametrize("lean", [1e-4, 0.0044, 0.02])
+def test_the_edge_of_a_large_balls_groove_is_found_however_little_the_cone_leans(lean: float) -> None:
+    data = frozen(design(310075))
+    walls = [
+        {wall.name: wall.thickness for wall in Model(from_data(data | {"cam": data["cam"] | {"half_angle": at}})).walls}
+        for at in (0.0, lean)
+    ]
+    radius = 0.5 * data["cam"]["diameter"]
+    assert walls[0].keys() == walls[1].keys()
+    for name, thickness in walls[0].items():
+        assert walls[1][name] == pytest.approx(thickness, abs=radius * radians(lean))
 
 
 @pytest.mark.parametrize("factor", [1e-3, 40.0])

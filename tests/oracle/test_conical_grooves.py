@@ -21,7 +21,8 @@ from camgeom.model import Model
 from camgeom.report.result import compute
 from camgeom.track.outline import OutlineIntegrals, ParallelOutline, RollerOutline
 from tests.places import ROOT
-from tests.reference.profiles import data_of, model, said
+from tests.reference import profiles
+from tests.reference.profiles import said
 
 sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 
@@ -39,6 +40,16 @@ PAIR_SLIDE: dict[str, Any] = {
 }  # fmt: skip
 FORMS = [(GROOVE, {}), (GROOVE, SLIDE), (PAIR, {}), (PAIR, PAIR_SLIDE)]
 CYLINDER = {"shape": "cylinder", "diameter": 24.0, "length": 12.0}
+
+
+def data_of(name: str, **keys: Any) -> dict[str, Any]:
+    """A shipped profile's, without the taper that goes with its own cone alone."""
+    return profiles.data_of(name, **({"cutter": None} | keys))
+
+
+def model(name: str, **keys: Any) -> Model:
+    """A shipped profile's, without the taper that goes with its own cone alone."""
+    return profiles.model(name, **({"cutter": None} | keys))
 
 
 @pytest.mark.parametrize("first", [200_000, 210_000])

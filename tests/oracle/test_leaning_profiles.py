@@ -19,7 +19,7 @@ from camgeom.report.result import compute
 from camgeom.report.sections.bodies import cam_meshes
 from camgeom.report.table_sheet import columns
 from tests.places import ROOT
-from tests.reference.profiles import model
+from tests.reference import profiles
 
 DISC, GROOVE, PAIR = "conical_disc", "conical_groove", "conical_pair"
 ROUND: dict[str, Any] = {"roller__half_angle": None, "roller__shape": "cylinder"}
@@ -27,6 +27,11 @@ PLAIN = {DISC: ROUND, GROOVE: ROUND, PAIR: ROUND | {
     "return_roller__half_angle": None, "return_roller__shape": "cylinder"}}  # fmt: skip
 SLIGHT: dict[str, dict[str, Any]] = {DISC: {"roller__half_angle": 1e-7}, GROOVE: {"roller__half_angle": 1e-7}, PAIR: {
     "roller__half_angle": 1e-7, "return_roller__half_angle": -1e-7}}  # fmt: skip
+
+
+def model(name: str, **keys: Any) -> Model:
+    """A shipped profile's, without the taper that goes with its own cone alone."""
+    return profiles.model(name, **({"cutter": None} | keys))
 
 
 def modified_sine(x: np.ndarray) -> np.ndarray:
