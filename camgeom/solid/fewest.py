@@ -31,6 +31,8 @@ from camgeom.track.section import Column, CrossSection
 
 BATCH = 16384
 """poses made at once: so many stay in the processor's cache"""
+FEW = 2048
+"""poses up to which what is made for all sides at once costs less than the calls that make each side its own"""
 LOOKED = 24
 """columns between two knots at which an indexing cam's grooves are looked at before"""
 FAR = 2.0
@@ -308,8 +310,10 @@ class Columns:
     def prepare(self, angles: Sequence[Sequence[Floats]]) -> None:
         """The columns at several arrays of cam angles, by sides: each has figures of its own."""
         self._known = []
-        if sum(len(phi) for side in angles for phi in side) <= BATCH:
-            self._made(angles)
+        every = [phi for side in angles for phi in side]
+        poses = sum(map(len, every))
+        if poses <= BATCH:
+            self._made([every] if poses <= FEW else angles)
             return
         for side in angles:
             batch: list[Floats] = []

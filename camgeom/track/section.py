@@ -106,10 +106,17 @@ class Column:
     whole: tuple[Column, slice] | None = None
     figures: dict[tuple[object, ...], Floats] = field(default_factory=dict)
 
-    @cached_property
+    @property
     def pose(self) -> Pose:
         """Pose jets (order 1, or the given ones where the caller already has them)."""
-        return self.given_pose or self.track.pose(self.phi, 1)
+        return self.given_pose or self._pose
+
+    @cached_property
+    def _pose(self) -> Pose:
+        if self.whole is not None:
+            column, part = self.whole
+            return column.pose.between(part.start, part.stop)
+        return self.track.pose(self.phi, 1)
 
     def at(self, rows: npt.NDArray[np.intp]) -> Column:
         """The same at some of its cam angles."""
@@ -118,7 +125,7 @@ class Column:
     def between(self, start: int, stop: int) -> Column:
         """The same from one of its cam angles to before another one."""
         part = slice(start, stop)
-        return Column(self.track, self.phi[part], self.pose.between(start, stop), (self, part))
+        return Column(self.track, self.phi[part], None, (self, part))
 
     @cached_property
     def _eased(self) -> dict[float, Column]:
