@@ -33,6 +33,11 @@ class Builder:
 
     def points(self, index: Index) -> Floats:
         """Coordinates of the given vertices."""
+        first = 0
+        for added in self._vertices:
+            if first <= index.min() and index.max() < first + len(added):
+                return np.asarray(added[index - first])
+            first += len(added)
         return np.asarray(np.concatenate(self._vertices)[index])
 
     def faces(self, triangles: Index, name: str) -> None:

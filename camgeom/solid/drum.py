@@ -270,8 +270,8 @@ def wall_between(column: Column, side: float, radii: tuple[float, float], share:
 def refuse_turned(edges: Sequence[Floats], whose: str) -> None:
     """DesignError where one of the edges (3, n) round the axis turns back on itself."""
     for edge in edges:
-        angle = np.unwrap(np.arctan2(edge[1], edge[0]))
-        if not (np.all(np.diff(angle) < 0.0) or np.all(np.diff(angle) > 0.0)):
+        around = edge[0, :-1] * edge[1, 1:] - edge[1, :-1] * edge[0, 1:]
+        if not (around.min() > 0.0 or around.max() < 0.0):
             raise DesignError(f"the {whose} edge turns back on itself: the flank is undercut")
 
 
