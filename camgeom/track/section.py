@@ -387,12 +387,9 @@ class Column:
             return np.where(share == 1.0, self.chord_end(side)[:, :, None], self.corner(side, share))
         arc = self.edge_arc(side)[:, :, None]
         turn = arc[0] * share
-        c, s = np.cos(turn), np.sin(turn)
-        x = np.empty((3, *turn.shape))
-        for k in range(3):
-            np.multiply(c, arc[4 + k], out=x[k])
-            x[k] += s * arc[7 + k]
-            x[k] += arc[1 + k]
+        x: Floats = np.cos(turn) * arc[4:7]
+        x += np.sin(turn) * arc[7:]
+        x += arc[1:4]
         end = share == 1.0
         if end.any():
             np.copyto(x, self.chord_end(side)[:, :, None], where=end)

@@ -35,7 +35,8 @@ class Request:
 
     def add(self, b: int, phi: Floats, u: Floats, to: Index | slice, on: Mask | None = None) -> None:
         """Points at phi (n,) and u (n, m), of which some (n, m) are wanted."""
-        self.asked.append(Asked(b, phi, u))
+        # Rows are few and angles many: what is done to all of them runs along the angles.
+        self.asked.append(Asked(b, phi, np.asfortranarray(u)))
         self.to.append(to)
         self.on.append(None if on is None or on.all() else on)
 

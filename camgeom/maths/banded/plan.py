@@ -114,7 +114,7 @@ def forms_of(bands: Sequence[Band], theta: Floats) -> CellForms:
     n, k = len(theta) - 1, 2 * ACROSS + 1
     h = 0.5 * np.diff(theta)
     phi = np.concatenate([theta, theta[:-1] + h])
-    u = np.broadcast_to(np.arange(k) / (k - 1), (len(phi), k))
+    u = np.repeat(np.arange(k) / (k - 1), len(phi)).reshape(k, -1).T
     # The angles last, so that what is worked on at once lies together.
     x = np.empty((3, len(bands), k, len(phi)))
     for b, each in enumerate(points_of(bands, [Asked(b, phi, u) for b in range(len(bands))])):
