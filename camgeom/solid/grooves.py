@@ -21,6 +21,7 @@ from camgeom.track.section import Column
 SAMPLES, STRIDE = 721, 16
 DEPTHS = 7
 """places between floor and outside at which lands are measured"""
+APART = "grooves further apart (cam.start), smaller rollers, or shorter strokes"
 
 
 @immutable
@@ -52,7 +53,7 @@ class GroovedDrum(QuickPart):
     @property
     def fits(self) -> bool:
         """True where every groove stays inside both end faces and none reaches into the next one."""
-        return all(ring.fits for ring in self.rings) and all(land.thickness > 0.0 for land in self.lands)
+        return all(ring.fits for ring in self.rings) and not self._crossed
 
     @cached_property
     def lands(self) -> tuple[Wall, ...]:
@@ -60,16 +61,30 @@ class GroovedDrum(QuickPart):
 
         In the developed cylinder at any depth the land is as wide as its edges are near each other in any direction.
         """
-        phi = np.linspace(0.0, TURN, SAMPLES)
+        found = []
+        for name, edges in self._facing:
+            thickness, at = min((_land(*each, self._phi) for each in edges), key=lambda one: one[0])
+            found.append(Wall(name, thickness, at, APART))
+        return tuple(found)
+
+    @property
+    def _phi(self) -> Floats:
+        return np.linspace(0.0, TURN, SAMPLES)
+
+    @cached_property
+    def _facing(self) -> list[tuple[str, list[tuple[Floats, Floats]]]]:
+        """Name of every land and the edges (3, n) below and above it at each depth."""
         found = []
         for lower, upper in pairwise(self.ordered):
-            below, above = self._edge(lower, -1.0, phi), self._edge(upper, 1.0, phi)
-            each = [_land(below(depth), above(depth), phi) for depth in self._depths(lower, upper)]
-            thickness, at = min(each, key=lambda one: one[0])
+            below, above = self._edge(lower, -1.0, self._phi), self._edge(upper, 1.0, self._phi)
             name = f"{lower.track.name} to {upper.track.name}"
-            advice = "grooves further apart (cam.start), smaller rollers, or shorter strokes"
-            found.append(Wall(name, thickness, at, advice))
-        return tuple(found)
+            found.append((name, [(below(depth), above(depth)) for depth in self._depths(lower, upper)]))
+        return found
+
+    @property
+    def _crossed(self) -> list[str]:
+        """Names of lands whose edges cross: nothing is left of these, and the others' widths need not be known."""
+        return [name for name, edges in self._facing if min(height_above(*each).min() for each in edges) <= 0.0]
 
     def knots(self) -> Floats:
         """Cam angles at which a derivative of any groove's motion may jump, with both ends of the turn, rad."""
@@ -80,9 +95,8 @@ class GroovedDrum(QuickPart):
         """DesignError where a groove runs out of an end face or into the next one."""
         if not all(ring.fits for ring in self.rings):
             raise DesignError("a groove runs out of an end face, so the body is not one closed grid")
-        for land in self.lands:
-            if land.thickness <= 0.0:
-                raise DesignError(f"{land.name}: the grooves run into each other, so they bound no body; {land.advice}")
+        for name in self._crossed:
+            raise DesignError(f"{name}: the grooves run into each other, so they bound no body; {APART}")
 
     def solid(self, tolerance: float, free: float | None = None) -> Solid:
         """Mesh directly. Raises DesignError where a groove runs out of an end face or into the next one."""
