@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from camgeom.errors import DesignError
 from camgeom.model import read
+from camgeom.solid import builder
 from camgeom.solid.blank import Bore
-from camgeom.solid.builder import _star_ring, bounded
+from camgeom.solid.builder import _star_ring, bounded, filled
 from camgeom.solid.prism import outline_grid
 from tests.places import ROOT
 
@@ -98,3 +99,36 @@ def test_the_stated_chord_error_is_the_largest_sag_along_any_chord(tolerance):
         off = outline.curve(low + share * step).points - p[:, :-1]
         worst = max(worst, float(np.abs((way[0] * off[1] - way[1] * off[0]) / np.hypot(*way)).max()))
     assert 0.999 * grid.chord_error < worst <= grid.chord_error <= tolerance
+
+
+@pytest.mark.parametrize("count", [20_000, 30_001])
+@pytest.mark.parametrize("holes", [0, 2])
+def test_a_long_polygon_is_cut_short_before_it_is_filled(count: int, holes: int, monkeypatch) -> None:
+    lengths: list[int] = []
+    whole = builder._without_ears
+
+    def seen(loop: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        cuts, left = whole(loop)
+        lengths.append(len(left))
+        return cuts, left
+
+    monkeypatch.setattr(builder, "_without_ears", seen)
+    planes = [star(count, 50.0, 0.02, 5, 0.3)]
+    planes += [star(40, 3.0, 0.0, 1, 0.0)[::-1] + np.array([20.0 * (-1) ** k, 0.0]) for k in range(holes)]
+    triangles = filled(planes)
+    assert triangles is not None
+    # The triangles join again the corners between which they were cut off.
+    check(planes, triangles)
+    assert builder.LONG / 2 < lengths[0] <= builder.LONG
+
+
+def test_where_another_part_reaches_into_what_is_cut_off_the_whole_is_filled() -> None:
+    """A slit from the far side whose tip ends within one chord of the rim: 0.5 of its sag off it."""
+    loop = star(20_000, 50.0, 0.0, 1, 0.0)
+    sag = 50.0 * (1.0 - np.cos(np.pi / 10_000))
+    assert loop[0, 1] == 0.0
+    rim = np.insert(loop, 10_000, [[50.0 - 0.5 * sag, 0.0]], axis=0)
+    triangles = filled([rim])
+    assert triangles is not None
+    check([rim], triangles)
+    assert filled([np.insert(loop, 10_000, [[60.0, 0.0]], axis=0)]) is None
