@@ -248,7 +248,7 @@ def test_every_reader_has_both(both: Model) -> None:
     assert data["together"]["peak_torque_n_m"] > data["contact"]["peak_torque_n_m"]
     assert {path.track.program for path in both.machining.paths} == {one.setup.program for one in both.grooves}
     page = report(both, only=["flank", "contact"])
-    assert [chapter.key for chapter in page.sections] == ["flank", "contact", "flank-2", "contact-2"]
+    assert [chapter.key for chapter in page.sections] == ["flank", "flank-2", "contact", "contact-2"]
 
 
 def test_what_a_track_cannot_say_is_refused(tmp_path: Path) -> None:
