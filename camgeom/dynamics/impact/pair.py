@@ -329,7 +329,7 @@ class FaceSide(PairSide):
 
 @final
 class Ring:
-    """Periodic cubic spline through equally spaced values round the cam, with its slope; for one angle or arrays."""
+    """Periodic cubic spline through equally spaced values round the cam, with its slope."""
 
     def __init__(self, values: Row) -> None:
         y = np.asarray(values, dtype=np.float64)
@@ -345,14 +345,6 @@ class Ring:
             [y, slope, (3 * (y1 - y) / h - 2 * slope - m1) / h, (2 * (y - y1) / h + slope + m1) / h**2]
         )
         self.table = [(float(a), float(b), float(c), float(d)) for a, b, c, d in self.rows.T]
-
-    def at(self, angle: float) -> tuple[float, float]:
-        """Value and slope per rad at an angle [rad]."""
-        place = (angle / self.step) % self.n
-        k = min(int(place), self.n - 1)
-        u = (place - k) * self.step
-        a, b, c, d = self.table[k]
-        return a + u * (b + u * (c + u * d)), b + u * (2.0 * c + 3.0 * u * d)
 
     def many(self, angle: Floats) -> tuple[Floats, Floats]:
         """Values and slopes at an array of angles [rad]."""
@@ -405,16 +397,22 @@ class GrooveWall(PairSide):
         return Ring(self.lever), Ring(offset), Ring(self.curvature), Ring(self.sliding)
 
     def compiled(self, jets: LiftJets) -> Evaluator:
-        lever_at, offset_at, bend_at, slide_at = (ring.at for ring in self._rings)
-        starts, push = jets.starts, float(self.push)
+        # The four share their places: one lookup for all.
+        first, starts, push = self._rings[0], jets.starts, float(self.push)
+        step, count = first.step, first.n
+        rows = [a + b + c + d for a, b, c, d in zip(*(ring.table for ring in self._rings))]
 
         def touch(k: int, x: float, s0: float, s1: float, s2: float, eta: float) -> Instant:
-            angle = starts[k] + x
-            lever, lever1 = lever_at(angle)
-            offset, offset1 = offset_at(angle)
-            away = push * (eta - offset)
-            drag = push * lever * (s1 + offset1) - lever1 * away
-            return -lever * away, push * lever, drag, 0.0, slide_at(angle)[0], bend_at(angle)[0]
+            place = ((starts[k] + x) / step) % count
+            j = min(int(place), count - 1)
+            u = (place - j) * step
+            l0, l1, l2, l3, o0, o1, o2, o3, c0, c1, c2, c3, g0, g1, g2, g3 = rows[j]
+            lever = l0 + u * (l1 + u * (l2 + u * l3))
+            away = push * (eta - (o0 + u * (o1 + u * (o2 + u * o3))))
+            offset1 = o1 + u * (2.0 * o2 + 3.0 * u * o3)
+            drag = push * lever * (s1 + offset1) - (l1 + u * (2.0 * l2 + 3.0 * u * l3)) * away
+            slide, bend = g0 + u * (g1 + u * (g2 + u * g3)), c0 + u * (c1 + u * (c2 + u * c3))
+            return -lever * away, push * lever, drag, 0.0, slide, bend
 
         return touch
 
