@@ -25,9 +25,12 @@ from camgeom.solid.blank import Bore
 from camgeom.solid.pocket import EdgePlate, PocketPlate, named
 from camgeom.solid.prism import FaceGroove, GroovedPlate, Prism
 from camgeom.solid.prism import Loop as BodyLoop
+from camgeom.track.outline import OutlineIntegrals
 
 TOLERANCE = 1e-5
 """mm; default deviation of fitted curves and surfaces, a tenth of what a drawing could ask"""
+VOLUME = 1e-7
+"""share of a plate's volume that its edge, as it is fitted, may be off"""
 
 
 @final
@@ -271,7 +274,10 @@ def edge_solid(body: EdgePlate, tolerance: float = TOLERANCE) -> Brep:
     whole = closed(BodyLoop(body.outline, TOUCHED), body.name)
     knots = np.array(whole.knots)
     outline = replace(whole, name=tuple(named(0.5 * (knots[:-1] + knots[1:]))))
-    side = wall(outline, 0.0, body.top, 1.0, tolerance)
+    # Of a narrow plate a little off its edge is much of its volume.
+    plane = OutlineIntegrals(body.outline).properties
+    narrow = min(tolerance, max(0.1 * tolerance, VOLUME * 2.0 * plane.area / plane.perimeter))
+    side = wall(outline, 0.0, body.top, 1.0, narrow)
     flats = flat_end("end", 0.0, False, [side.first]), flat_end("end", body.top, True, [side.last])
     return Brep(body.name, (*side.faces, *flats), deviation=side.deviation)
 
