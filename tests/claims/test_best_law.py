@@ -221,6 +221,34 @@ def test_a_velocity_a_little_above_the_mean_one_has_its_law_or_the_proof() -> No
     assert set(refused.relaxed) == {"velocity"}
 
 
+def test_ramps_of_the_acceleration_that_even_meshes_do_not_hold() -> None:
+    """A near the least of all, 4: J = 2 A² / (A - 4), of which none was found from 4.05 down; and short ramps of a
+    velocity that is held: A² / J - A (1 - 1 / V) + V = 0."""
+    for most in (4.2, 4.05, 4.01):
+        softest = found(Wish("jerk", acceleration=most))
+        jerk = 2.0 * most**2 / (most - 4.0)
+        assert softest.value == pytest.approx(jerk, rel=1e-9)
+        assert jerk * (1.0 - 1e-4) < softest.bound <= jerk
+    wish = Wish("jerk", velocity=1.05, acceleration=25.0)
+    softest = found(wish)
+    assert softest.value == pytest.approx(25.0**2 / (25.0 * (1.0 - 1.0 / 1.05) - 1.05), rel=1e-9)
+    within(wish, softest)
+
+
+@long
+@pytest.mark.slow
+def test_a_law_with_a_far_bound_is_sought_again_on_finer_meshes() -> None:
+    """Of the same, A from V and J: one was found with 33.07 and a bound of 0.54."""
+    velocity, jerk = 1.05, 5000.0
+    ramp = 1.0 - 1.0 / velocity
+    least = 0.5 * jerk * (ramp - math.sqrt(ramp**2 - 4.0 * velocity / jerk))
+    wish = Wish("peak-acceleration", jerk=jerk, velocity=velocity)
+    law = found(wish)
+    assert law.value == pytest.approx(least, rel=1e-8)
+    assert least * (1.0 - 1e-4) < law.bound <= least
+    within(wish, law)
+
+
 def test_a_band_that_no_law_keeps_is_proven_so_with_what_would_do() -> None:
     wish = Wish("peak-acceleration", jerk=200.0, residual=0.01, band=(1.5, 3.0))
     refused = best(wish)

@@ -7,6 +7,7 @@ B. Demeulenaere et al., Optimal splines for rigid motion systems: a convex progr
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from typing import final
 
@@ -18,13 +19,15 @@ from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.optimal.bound import weigh
 from camgeom.motion.optimal.programme import SearchPurse
-from camgeom.motion.optimal.search import Found, find
+from camgeom.motion.optimal.search import Found, far, find, graded, refined
 from camgeom.motion.optimal.shape import Shape, moment_parts, residual_peaks
 from camgeom.motion.optimal.wish import ALL, EVEN, LIMITS, Task, Wish
 from camgeom.motion.table import Piece
 
 __all__ = ["Best", "Impossible", "Wish", "best"]
 
+FINEST = (2e-3, 5e-4)
+"""shares of the travel; shortest spans of the meshes on which a law is sought that even ones do not hold"""
 SHOWN = 1e-6
 """a limit whose share of a proof is below this takes no part in it"""
 
@@ -162,16 +165,16 @@ def sought(wish: Wish) -> Best | Impossible:
     purse = SearchPurse()
     even = wish.nearly_even
     found = None if even else find(Task.of(wish), None, purse)
-    if found is None and (wish.given or wish.monotone):
-        proof = find(Task.of(wish, ALL), None, purse) if wish.given else None
-        if proof is not None and proof.bound > 1.0:
+    if (found is None or far(Task.of(wish), found)) and (wish.given or wish.monotone):
+        proof = _loosest(wish, found, purse) if wish.given else None
+        if found is None and proof is not None and proof.bound > 1.0:
             return _impossible(wish, proof, purse)
-        if wish.velocity <= 1.0 and min(wish.start[0], wish.end[0]) < 1.0:
+        if found is None and wish.velocity <= 1.0 and min(wish.start[0], wish.end[0]) < 1.0:
             # The mean velocity is 1 and an end is slower. No mesh tells: without a limit on it the acceleration grows.
             factor = 1.0 / wish.velocity
             return Impossible(wish, factor, factor, {"velocity": 1.0}, {})
         if proof is not None and not even:
-            found = find(Task.of(wish), proof.shape, purse)
+            found = _beside(wish, proof, found, purse)
     if even:
         raise NotConverged(
             f"a limit of the velocity of {wish.velocity:.9g} leaves a ramp {wish.longest_ramp:.2g} of the travel: "
@@ -183,6 +186,36 @@ def sought(wish: Wish) -> Best | Impossible:
     shape = _exact(wish, found.shape)
     name = "acceleration" if wish.aim == "peak-acceleration" else wish.aim
     return Best(wish, shape, _measured(wish, shape)[name], max(found.bound, 0.0))
+
+
+def _loosest(wish: Wish, found: Found | None, purse: SearchPurse) -> Found | None:
+    """The law with the least factor on all limits; None where a law is found and the purse holds no more."""
+    try:
+        return find(Task.of(wish, ALL), None, purse)
+    except NotConverged:
+        if found is None:
+            raise
+        return None
+
+
+def _beside(wish: Wish, proof: Found, found: Found | None, purse: SearchPurse) -> Found | None:
+    """A law, or a better one, with jerks shorter than a span of even meshes: beside the breaks of the one that has the
+    least of all limits."""
+    task = Task.of(wish)
+    even = [refined(proof.shape)] if found is None else []
+    for mesh in (*even, *(graded(proof.shape, finest) for finest in FINEST)):
+        if found is not None and not far(task, found):
+            break
+        try:
+            other = find(task, mesh, purse)
+        except NotConverged:
+            if found is None:
+                raise
+            break
+        if other is not None:
+            better = other if found is None or other.value < found.value else found
+            found = replace(better, bound=max(one.bound for one in (found, other) if one is not None))
+    return found
 
 
 def _impossible(wish: Wish, proof: Found, purse: SearchPurse) -> Impossible:

@@ -40,7 +40,8 @@ SHARPENED = 2
 MOST_SPANS = 250
 """of a mesh that shows more and more changes of the jerk no build is made: many laws are as good"""
 SHOWN = 1e-4
-"""share of the lift; of a residual below that a finer mesh shows no build: nearly as little is left behind by many"""
+"""share of the lift; of a residual below that a finer mesh shows no build, and no other is tried for so much less:
+nearly as little is left behind by many"""
 PASSES = 2
 SLIGHT = 1e-8
 """relative; a gain that no further programme is solved for"""
@@ -59,6 +60,9 @@ ROUGH = 1e-2
 CLOSE, NEAR = 3e-5, 3e-6
 """a gap that no further pass is made for; of a residual below LITTLE, share of the lift: other breaks prove no more"""
 
+FAR = 1e-3
+"""a gap for which meshes are tried that are fine where even ones are not"""
+
 
 @final
 @immutable
@@ -72,13 +76,13 @@ class Found:
 
 
 def find(task: Task, begun: Shape | None = None, purse: SearchPurse | None = None) -> Found | None:
-    """The best shape; None where no mesh holds one that keeps the limits. A shape to begin with makes the mesh.
+    """The best shape; None where no mesh holds one that keeps the limits. A shape to begin with is the first mesh.
 
     Raises NotConverged where the purse, one of its own by default, is spent.
     """
     purse = purse or SearchPurse()
     x = _mesh(task.wish)
-    mesh, cuts = Shape(x, np.zeros(len(x) - 1 + task.smooth)) if begun is None else refined(begun), NO_CUTS
+    mesh, cuts = Shape(x, np.zeros(len(x) - 1 + task.smooth)) if begun is None else begun, NO_CUTS
     if mesh.smooth != task.smooth:
         mesh = Shape(mesh.x, np.zeros(len(mesh.h) + task.smooth))
     if task.mean:
@@ -100,7 +104,8 @@ def find(task: Task, begun: Shape | None = None, purse: SearchPurse | None = Non
         fewer = replace(settled, shape=merged(settled.shape)) if settled.bound is None else settled
         bound = _bound(task, fewer, cuts, purse) if settled.bound is None else settled.bound
         if best is None or bound > best.bound:
-            best = Found(fewer.shape, settled.value, bound, settled)
+            kept_as = settled.shape if settled.bound is not None else merged(settled.shape, EXACT)
+            best = Found(kept_as, settled.value, bound, settled)
         if task.residual.slope and best.value <= SILENT:
             break
         if best.value - best.bound <= _near(task, best.value):
@@ -112,6 +117,12 @@ def find(task: Task, begun: Shape | None = None, purse: SearchPurse | None = Non
 def _near(task: Task, value: float) -> float:
     """How far from the bound a value may be for no further pass to be made."""
     return NEAR if task.residual.slope and value <= LITTLE else CLOSE * value
+
+
+def far(task: Task, found: Found) -> bool:
+    """Whether the bound is so far below that another mesh may hold a better law."""
+    least = SHOWN if task.residual.slope else EXACT
+    return found.value > least and found.value - found.bound > max(FAR * found.value, least)
 
 
 def _bound(task: Task, settled: Solved, cuts: Cuts, purse: SearchPurse) -> float:
@@ -338,6 +349,18 @@ def joined(shape: Shape, closest: float | None = None) -> Shape:
 def refined(shape: Shape) -> Shape:
     """The shape on a finer mesh with its own breaks in it."""
     return divided(shape, np.maximum(1, np.ceil(shape.h * 1.5 * SPANS)).astype(int))
+
+
+def graded(shape: Shape, finest: float) -> Shape:
+    """A mesh (levels of none) whose spans are finest beside the breaks of a shape and grow by half from there on."""
+    coarsest = 1.0 / (1.5 * SPANS)
+    off = np.append(0.0, np.cumsum(finest * 1.5 ** np.arange(np.log(coarsest / finest) / np.log(1.5))))
+    near = merged(shape).x[:, None] + np.concatenate([-off, off])
+    x = [0.0]
+    for at in np.unique(np.concatenate([np.arange(0.0, 1.0, coarsest), near.ravel()])).tolist():
+        if at - x[-1] >= 0.6 * finest and 1.0 - at >= 0.6 * finest:
+            x.append(at)
+    return Shape(np.array([*x, 1.0]), np.zeros(len(x) + 1))
 
 
 def divided(shape: Shape, counts: npt.NDArray[np.int_]) -> Shape:
