@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camgeom.cli import Console, UsageError, aligned, number, number_in
+from camgeom.cli import Console, UsageError, aligned, number, number_in, whole
 from camgeom.cli.model import refuse_nameless, refuse_unwritable
 from camgeom.errors import Problem, ProfileError
 from camgeom.motion.law import LAWS, Ends
@@ -105,8 +105,8 @@ def keys_of(arguments: argparse.Namespace) -> dict[str, Any]:
     if arguments.monotone:
         keys["monotone"] = True
     smooth = "jerk_limit" in keys or keys["minimise"] == "jerk"
-    order = number_in(arguments.order, "--order", low=1.0, high=2.0)
-    keys["order"] = (2 if smooth else 1) if order is None else int(order)
+    order = whole(arguments.order, "--order", 1, 2)
+    keys["order"] = (2 if smooth else 1) if order is None else order
     if arguments.least == "residual" and arguments.band and not arguments.residual and len(keys) == 3:
         raise UsageError("--least residual: give --amax or --jmax, without either no law is best")
     return keys

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any, Literal, final
 
@@ -36,6 +37,7 @@ class Tie:
 
     key: str
     path: tuple[str | int, ...]
+    written: str
     expression: Expression
     names: tuple[tuple[str, str, tuple[str | int, ...]], ...]
     """(variable, key, path) of every key that it uses"""
@@ -50,7 +52,7 @@ class Tie:
             found = np.atleast_1d(np.asarray(self.expression.of(known), dtype=np.float64))
         if not np.isfinite(found).all():
             text = "has no finite value for some variant"
-            raise ProfileError([Problem(f"--tie {self.key}", text, self.expression.text)])
+            raise ProfileError([Problem(f"--tie {self.key}", text, self.written)])
         return found
 
     def _number(self, key: str, path: tuple[str | int, ...], columns: Mapping[str, Column], data: Data) -> Floats:
@@ -76,11 +78,23 @@ def tie(text: str) -> Tie:
         example = "for example cam.bore=0.4*cam.base_radius"
         raise ProfileError([Problem("--tie", "needs KEY=EXPRESSION", text[:200], example)])
     used = list(dict.fromkeys(re.findall(KEY, written)))
-    names = {one: f"key{i}" for i, one in enumerate(used)}
+    stem = "key"
+    while stem in written:
+        stem += "_"
+    names = {one: f"{stem}{i}_" for i, one in enumerate(used)}
     plain = re.sub(KEY, lambda found: names[found[0]], written)
-    expression = compile_expression(plain, f"--tie {key}", {name: one for one, name in names.items()})
+    try:
+        expression = compile_expression(plain, f"--tie {key}", {name: one for one, name in names.items()})
+    except ProfileError as error:
+        # Told as it was written, with the profile's keys.
+        def told(text: str) -> str:
+            return re.sub(rf"{stem}\d+_", lambda name: used[int(name[0][len(stem) : -1])], text)
+
+        raise ProfileError(
+            [replace(one, message=told(one.message), value=written, hint=told(one.hint)) for one in error.problems]
+        ) from None
     paths = tuple((name, one, axis(f"{one}=0").path) for one, name in names.items())
-    return Tie(key, axis(f"{key}=0").path, expression, paths)
+    return Tie(key, axis(f"{key}=0").path, written, expression, paths)
 
 
 @final
@@ -164,7 +178,7 @@ class Plan:
         return {
             "axes": {one.key: list(one.values) for one in self.axes},
             "method": [self.method, self.count, self.seed],
-            "ties": {one.key: [one.expression.text, *(key for _, key, _ in one.names)] for one in self.ties},
+            "ties": {one.key: one.written for one in self.ties},
         }
 
 

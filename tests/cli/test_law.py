@@ -79,6 +79,7 @@ def test_what_no_law_can_do_ends_with_status_1_and_the_proof(capsys: pytest.Capt
         (["--least", "residual", "--band", "2:6"], "--amax or --jmax"),
         (["--damping", "0.1"], "--damping"),
         (["--residual", "0.1"], "--band: is missing"),
+        (["--jmax", "60", "--order", "1.5"], "--order: needs a whole number"),
     ],
 )
 def test_wrong_options_are_named(words: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -110,6 +110,15 @@ def test_what_is_no_tie_is_refused(text: str, word: str) -> None:
         tie(text).values({}, {"cam": {"kind": "disc", "width": 5.0}})
 
 
+@pytest.mark.parametrize("written", ["foo*cam.width", "cam.width**", "cam.width/0", "key0+cam.width"])
+def test_a_tie_is_told_as_it_was_written(written: str) -> None:
+    """Not with the names that stand for its keys, one of which was taken for the key itself."""
+    with pytest.raises(ProfileError) as refused:
+        tie(f"cam.bore={written}").values({}, {"cam": {"kind": "disc", "width": 5.0}})
+    assert f"(found '{written}')" in str(refused.value)
+    assert "known: key" not in str(refused.value)
+
+
 @pytest.mark.parametrize(
     ("text", "varied"),
     [
