@@ -1,6 +1,6 @@
 """The batch against the exact model on random designs: every figure within 1e-3, the same reasons, no number missing.
 
-    python scripts/batch_campaign.py [--designs 500] [--seed 1] [--only NAME,...]
+    python scripts/batch_campaign.py [--designs 500] [--seed 1] [--only NAME ...]
 
 Of each case: designs of which the exact model says the same, of which how many exist, and of every figure the median,
 the 99th percentile and the largest of its relative errors. Exit status 1 where one differs.
@@ -498,11 +498,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--designs", type=int, default=500, help="of each case")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--only", default="", help="words of which one is in the names of the cases")
+    parser.add_argument("--only", nargs="+", default=[""], help="words of which one is in the names of the cases")
     arguments = parser.parse_args()
     status = 0
     for name in CASES:
-        if not any(word in name for word in arguments.only.split(",")):
+        if not any(word in name for word in arguments.only):
             continue
         found = case(name, arguments.designs, arguments.seed)
         errors = {figure: np.array(each) for figure, each in found.errors.items()}
