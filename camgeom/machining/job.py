@@ -46,7 +46,10 @@ def machining_of(
 
     Raises ProfileError where the table contradicts the cam, DesignError where the tool cannot make the flanks.
     """
-    if found := [problem for one in mechanisms for problem in spec.problems(one)]:
+    found = [problem for one in mechanisms for problem in spec.problems(one)]
+    if not found and all(one.face_groove is not None for one in mechanisms):
+        found = spec.no_overrun()
+    if found:
         raise ProfileError(found)
     blank, cutters = mechanisms[0].blank, tuple(track for one in mechanisms for track in one.cutters)
     if mechanisms[0].carriage is not None:

@@ -163,8 +163,7 @@ class CutterSpec(Section):
             found += self._planar_problems(mechanism.roller is not None)
             return [one for one in found if one.key != "cutter.axis" or self.axis != "fitted"]
         tracks = mechanism.cutters
-        if self.overrun:
-            found.append(_problem("overrun", self.overrun, "0: only the flank of a disc has a lower face to pass"))
+        found += self.no_overrun()
         if self.machine == "plain":
             found.append(_problem("machine", self.machine, "rotary: this cam's flanks run round it"))
         if self.axis == "radial" and not all(is_radial(track) for track in tracks):
@@ -202,9 +201,13 @@ class CutterSpec(Section):
             found.append(_problem("machine", self.machine, "rotary: the tool leans another way all round"))
         if self.pivot and not leaning:
             found.append(_problem("pivot", self.pivot, "0: nothing swings a tool that stays along the cam's axis"))
-        if self.overrun and any(len(track.sides) > 1 for track in tracks):
-            found.append(_problem("overrun", self.overrun, "0: only the flank of a disc has a lower face to pass"))
+        found += self.no_overrun() if any(len(track.sides) > 1 for track in tracks) else []
         return found + self._width_problems(tracks)
+
+    def no_overrun(self) -> list[Problem]:
+        """Of a cam that is grooves alone."""
+        allowed = "0: only the flank of a disc has a lower face to pass"
+        return [_problem("overrun", self.overrun, allowed)] if self.overrun else []
 
     def _ring_problems(self) -> list[Problem]:
         """A groove in the inside of a ring is cut by an angle head."""

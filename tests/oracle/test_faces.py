@@ -21,6 +21,7 @@ from camgeom.export.step.brep import Brep
 from camgeom.export.step.check import check_solid
 from camgeom.inspection import inspect
 from camgeom.inspection.points import MeasuredPoints
+from camgeom.machining.contour import ContourPath
 from camgeom.model import Model
 from camgeom.profile import from_data
 from camgeom.report.sections import report
@@ -449,3 +450,13 @@ def test_rows_of_a_ball_on_several_tracks_have_blocks_of_their_own() -> None:
     assert len(passes) == len(machining.paths)
     assert max(one.chord_error for one in passes) <= machining.spec.tolerance
     assert [one.below for one in passes] == sorted(one.below for one in passes)
+
+
+@pytest.mark.parametrize("data", [data_of(), mixed("upper")], ids=["grooves", "rim"])
+def test_an_overrun_is_refused_where_there_are_grooves_alone(data: Data) -> None:
+    made = built(data | {"cutter": {"kind": "flat", "diameter": 8.0, "overrun": 1.0}})
+    if "rim" in data["track"][0]["cam"]:
+        assert min(path.low for path in made.machining.paths if isinstance(path, ContourPath)) == -1.0
+    else:
+        with pytest.raises(ProfileError, match=r"cutter.overrun.*lower face"):
+            _ = made.machining
