@@ -278,3 +278,9 @@ def test_stock_in_a_bell_is_shown_where_there_is_a_wall() -> None:
         blank = np.isnan(chart.values)
         assert not blank.all(axis=1).any()
         assert blank[0].any()
+
+
+def test_ways_that_go_wrong_name_no_angle_of_rounding() -> None:
+    page = report(read(str(PROFILES / "conical_groove.toml")), only=("cutter",))
+    table = next(block for block in page.sections[0].blocks if isinstance(block, Table) and "follows" in block.caption)
+    assert table.rows[-1][-1] == 0.0

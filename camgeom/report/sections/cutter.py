@@ -56,7 +56,7 @@ def cutter(model: Model) -> tuple[Block, ...]:
     blocks: list[Block] = [table, *_maps(outcome)]
     if shop := data.get("shop_errors"):
         ways: list[tuple[Cell, ...]] = [
-            (_WAYS[way["path"]], way["least_mm"], way["most_mm"], way["most_at_deg"]) for way in shop
+            (_WAYS[way["path"]], way["least_mm"], way["most_mm"], round(way["most_at_deg"], 6)) for way in shop
         ]
         heads = (Column("Way"), Column("Least stock", "mm"), Column("Most stock", "mm"), Column("at", "°"))
         blocks.append(Table("What the same tool leaves where it only follows the roller", heads, tuple(ways)))
