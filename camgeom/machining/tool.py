@@ -25,6 +25,7 @@ class Tool:
     width    mm, of a disc; else infinite (the shank is as thick as the tool)
     neck     mm, by which a ball's shank is thinner in radius
     corner   mm, radius of the rounding between a flat tool's side and its end
+    grinds   a flat one is a grinding wheel whose rim works, no end mill
     """
 
     kind: str
@@ -35,6 +36,7 @@ class Tool:
     width: float = inf
     neck: float = 0.0
     corner: float = 0.0
+    grinds: bool = False
 
     def distance(self, s: Floats, across: Floats) -> Floats:
         """Signed distance, mm, to the tool of points at s along and `across` from its axis; negative inside."""
@@ -110,7 +112,8 @@ class Tool:
             if self.kind == "taper":
                 return f"taper end mill, {size} at its end, half angle {degrees(atan(self.meridian.slope)):.6g} deg"
             return f"conical mill like the roller, {size} at its middle"
-        words = {"flat": "end mill", "ball": "ball mill", "disc": f"wheel {self.width:.6g} mm wide,"}
+        words = {"flat": "grinding wheel" if self.grinds else "end mill", "ball": "ball mill",
+                 "disc": f"wheel {self.width:.6g} mm wide,"}  # fmt: skip
         corner = f", corner radius {self.corner:.6g} mm" if self.corner else ""
         return f"{words.get(self.kind, 'form mill like the roller,')} {size}{corner}"
 
@@ -138,4 +141,6 @@ def tool_of(
         return Tool("taper", radius, Straight(radius, 0.0, tan(radians(spec.half_angle))), 0.0, 1.0)
     root = track.root if track is not None else corner
     neck = 0.1 * radius if spec.neck is None else spec.neck
-    return Tool("ball", radius, neck=neck) if spec.kind == "ball" else Tool("flat", radius, corner=root)
+    if spec.kind == "ball":
+        return Tool("ball", radius, neck=neck)
+    return Tool("flat", radius, corner=root, grinds=spec.kind == "wheel")

@@ -245,6 +245,11 @@ def test_wheel_side_is_measured_against_its_own_wall_and_the_other(tmp_path: Pat
     assert all("C" in block for block in blocks)
 
 
+@pytest.mark.parametrize(("kind", "words"), [("wheel", "grinding wheel 16 mm"), ("flat", "end mill 16 mm")])
+def test_a_tool_is_called_what_it_is(kind: str, words: str) -> None:
+    assert model(DRUM, kind=kind, diameter=16.0).machining.tool.about == words
+
+
 def test_map_of_the_rest_reads_back(tmp_path: Path) -> None:
     made = model(DRUM, kind="flat", diameter=16.0)
     most = made.machined.most
