@@ -38,6 +38,8 @@ Estimate = Literal["half-space", "secant", "chord"]
 PASSES = 200
 AT_ONCE = 256
 """cam angles whose loads are shared at once: what they need stays next to the processor"""
+ROUNDED = 1e-15
+"""share of an approach that is rounding"""
 SETTLED = 1e-12
 """change of a slice's load, share of the largest, at which the sharing has settled"""
 
@@ -138,7 +140,9 @@ class Slices:
             rest = wanted - (hard * approach).sum(axis=1)
             angle = np.maximum(angle + np.divide(rest, slope, out=np.zeros_like(angle), where=slope > 0.0), touch)
             fresh = np.where(self.on, np.maximum(self.preload + lever * angle[:, None], 0.0), 0.0) / soft
-            done = bool(np.all(np.abs(fresh - load) <= SETTLED * np.maximum(fresh.max(axis=1), mean)[:, None]))
+            # Under next to no torque the approach is the rounding of the gaps that are closed before it.
+            noise = ROUNDED * np.abs(lever * angle[:, None]) / soft
+            done = bool(np.all(np.abs(fresh - load) <= SETTLED * np.maximum(fresh.max(axis=1), mean)[:, None] + noise))
             load = fresh
             if done:
                 return Held(load, way[:, 0] * angle)

@@ -137,9 +137,9 @@ class TurretDuty(Duty):
     def _hardest_angles(self) -> Floats:
         """Cam angles, rad, at which pressure, force on a roller or width of its contact may be largest, (q,).
 
-        None of contacts on a half-space, which their slices do not tell: a crown may touch with a hair of one.
+        Of contacts on a half-space as their slices tell; none of crowned rollers, which touch with a hair of one.
         """
-        if self.level == "finite" or (self._most_torque == 0.0 and self.preload <= 0.0):
+        if self.crown is not None or (self._most_torque == 0.0 and self.preload <= 0.0):
             return np.zeros(0)
         owner = np.searchsorted(self.force.panels.breaks, self._sampled)
         each = self._extremes(self._first, self._first_loads[0])

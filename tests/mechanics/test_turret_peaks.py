@@ -39,12 +39,12 @@ HOLLOW = {
 
 
 @cache
-def _made(four: bool, diameter: float | None) -> TurretDuty:
+def _made(four: bool, diameter: float | None, **roller: float) -> TurretDuty:
     chosen: dict[str, Any] = FOUR if four else HOLLOW
     data = read_data("profiles/parallel_index.toml")
     data["cam"] |= chosen["cam"] | {"plates": 4, "direction": "cw"}
     data["follower"] |= chosen["follower"]
-    data["roller"] |= chosen["roller"] | ({} if diameter is None else {"diameter": diameter})
+    data["roller"] |= chosen["roller"] | ({} if diameter is None else {"diameter": diameter}) | roller
     data["operation"] |= chosen["operation"]
     data["motion"] = ({"until": 70.0}, {"until": chosen["until"], "to": 90.0, "law": "modified-sine"}, {"until": 360.0})
     duty = Model(from_data(data)).turret_duty
@@ -126,3 +126,11 @@ def test_a_turret_without_a_load_has_no_peak_to_look_for() -> None:
     duty = _made(True, None)
     idle = replace(duty, load=replace(duty.load, friction=0.0, mass=0.0))
     assert idle.peak_force.value == 0.0
+
+
+def test_rollers_with_rounded_ends_are_asked_there_too() -> None:
+    """At the samples alone the pressure on a half-space of some designs was 1 % too low beside undercut."""
+    ended, line = _made(True, None, end_radius=1.0), _made(True, None).least_peak.cam_angle
+    assert ended.level == "finite"
+    assert np.abs(ended.theta - line).min() < 1e-6
+    assert np.abs(ended._sampled - line).min() > 1e-4
