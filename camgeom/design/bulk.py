@@ -6,7 +6,7 @@ What the figures decide is judged, with the limits and words of the exact checks
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import product
+from itertools import chain, product
 from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
@@ -19,6 +19,7 @@ from camgeom.design.study import Data, Value, replaced
 from camgeom.errors import ProfileError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 
 if TYPE_CHECKING:
     from camgeom.profile import Profile
@@ -93,26 +94,30 @@ class Bulk:
             data = replaced(data, path, word, key)
         return data
 
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        """Names of the figures of any row, in one order for all pieces."""
+        from camgeom.profile import from_data
+
+        every = (self.figures or offered(from_data(words, self.file)) for words in self._profiles())
+        return tuple(dict.fromkeys(chain.from_iterable(every)))
+
     def columns(self, piece: range) -> dict[str, Column | Words]:
-        """The rows of these variants by columns: keys, figures (infinite where there is none), verdict and reason."""
+        """The rows of variants that are not `refused` by columns: keys, figures (infinite where there is none),
+        verdict and reason."""
         from camgeom.profile import from_data
 
         keys = self.plan.columns(piece, self.data)
-        figures: dict[str, Floats] = {}
+        figures = {name: np.full(len(piece), np.inf) for name in self._names}
         verdict, reason = np.empty(len(piece), dtype=object), np.empty(len(piece), dtype=object)
         for data, where in self._parts(piece):
             varied = {key: np.asarray(keys[key], dtype=np.float64)[where] for key in self._numeric}
-            try:
-                profile = from_data(data, self.file)
-            except ProfileError as error:
-                verdict[where], reason[where] = "bad input", "; ".join(map(str, error.problems))
-                continue
+            profile = from_data(data, self.file)
             names = self.figures or offered(profile)
             batch = evaluate(profile, varied, names, self.level)
             verdict[where], reason[where] = judged(profile, varied, batch)
             for name, values in batch.figures.items():
-                column = figures.setdefault(name, np.full(len(piece), np.inf))
-                column[where] = np.where(batch.reason == 0, values, np.inf)
+                figures[name][where] = np.where(batch.reason == 0, values, np.inf)
         return {**keys, **figures, "verdict": verdict, "reason": reason}
 
     def judged_checks(self) -> set[str]:

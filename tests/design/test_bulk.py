@@ -17,6 +17,7 @@ from camgeom.design.study import axis, replaced
 from camgeom.errors import ProfileError
 from camgeom.profile import from_data, read_data
 from camgeom.profile.text import dump
+from tests.places import PROFILES
 
 Captured = pytest.CaptureFixture[str]
 DISC = """
@@ -300,6 +301,20 @@ def test_words_are_profiles_of_their_own(disc: Path) -> None:
     assert jerk[0] == jerk[1] != jerk[2] == jerk[3]
     other = Bulk(data, "", plan("grid", "roller.shape=cylinder,sphere"))
     assert other.refused() is not None
+
+
+def test_all_pieces_have_the_columns_of_all_words() -> None:
+    """A flat face has figures that a knife edge has not: a piece of one alone has them too, without a value."""
+    data = read_data(PROFILES / "disc_flat_face.toml")
+    kept = {key: data[key] for key in ("name", "cam", "operation", "motion")}
+    follower = {key: value for key, value in data["follower"].items() if key != "face_width"}
+    many = Bulk({**kept, "follower": follower}, "", plan("grid", "follower.face=flat,knife", "operation.speed=50:60:2"))
+    assert many.refused() is None
+    flat, knife, both = (many.columns(piece) for piece in (range(2), range(2, 4), range(4)))
+    assert list(flat) == list(knife) == list(both)
+    assert np.isinf(knife["flank.min_face_radius_mm"]).all()
+    assert np.isfinite(flat["flank.min_face_radius_mm"]).all()
+    assert [list(both[name][2:]) for name in both] == [list(knife[name]) for name in knife]
 
 
 def test_parquet_of_the_batch_is_whole_and_goes_on(disc: Path, tmp_path: Path, capsys: Captured) -> None:
