@@ -21,7 +21,7 @@ from camgeom.design.batch.turret import KINDS
 from camgeom.design.batch.variants import Variants
 from camgeom.maths import Floats
 from camgeom.profile import from_data, read_data
-from scripts.batch_campaign import CASES, case, exact_row
+from scripts.batch_campaign import CASES, case, compare, exact_row
 
 Data = dict[str, Any]
 
@@ -300,3 +300,13 @@ def test_keys_that_no_array_carries_are_told() -> None:
 def test_nobody_pays_who_does_not_ask() -> None:
     code = "import sys, camgeom.cli, camgeom.design.study; assert not [m for m in sys.modules if 'batch' in m]"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_of_two_legs_that_bend_nearly_alike_the_sharper_one_is_found() -> None:
+    """Whose samples say that it is the blunter one: r k is 0.84619 and 0.84663."""
+    data, columns = CASES["drum, groove"](np.random.default_rng([27, 275]), 25)
+    one = int(np.abs(columns["cam.diameter"] - 140.7430807718259).argmin())
+    found = compare(data, {key: values[one : one + 1] for key, values in columns.items()})
+    assert found.exist == 1
+    assert found.wrong == []
+    assert found.worst()["flank.undercut_margin"] < 1e-5

@@ -8,7 +8,8 @@ where there is one.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from math import pi
 from typing import final
 
@@ -219,6 +220,16 @@ class Axial(ABC):
         rest[np.abs(rest) <= 1e-12] = 1e-12
         rest *= self.roller
         return np.asarray((1.0 + twist2) / rest)
+
+    def over(self, what: Callable[[Floats, Points], Floats], places: Floats, values: Floats) -> Floats:
+        """Largest of a quantity over the turn and over places along the roller (k, n), (n,); values: at the samples."""
+        found = []
+        for top in self.motion.tops(values):
+            near = self.motion.around(*top)
+            height = np.stack([what(place, near)[1] for place in places])
+            best = np.broadcast_to(places, height.shape)[height.argmax(axis=0), np.arange(self.motion.size)]
+            found.append(self.motion.laid(partial(what, best), *top)[1])
+        return np.asarray(np.max(found, axis=0))
 
     # Load
 

@@ -160,7 +160,7 @@ class Motion:
 
     def peak(self, values: Floats, beside: Ints | None = None) -> tuple[Ints, Ints]:
         """Where the largest of samples (P, n) lies: piece (n,) and fine step (n,), by parabolas through the best
-        sample of every piece and its neighbours; of pieces other than `beside`."""
+        sample of every piece and its neighbours; of pieces other than `beside`, (n,) or (k, n)."""
         values = np.broadcast_to(values, (self.moving * SAMPLES + len(self.rows) - self.moving, self.size))
         v = values[: self.moving * SAMPLES].reshape(self.moving, SAMPLES, self.size)
         top = np.clip(v.argmax(axis=1), 1, SAMPLES - 2)
@@ -266,9 +266,29 @@ class Motion:
             j[rows] = np.interp(share[rows], (f - f[0]) / (f[-1] - f[0]), np.arange(FINE + 1.0))
         return self.at(piece, j)
 
+    def tops(self, values: Floats) -> list[tuple[Ints, Ints]]:
+        """Where the largest of samples (P, n) lies, as by `peak`, and the largest of other legs: samples do not tell
+        which of two that are nearly alike is larger."""
+        first = self.peak(values)
+        if len(self._leg_pieces) == 1:
+            return [first]
+        return [first, self.peak(values, self._leg_pieces[self._leg_of[first[0]]].T)]
+
+    @cached_property
+    def _leg_of(self) -> Ints:
+        """Of every piece the number of its leg among those that have pieces, (K,)."""
+        return np.unique([k for k, _, _ in self.rows], return_inverse=True)[1]
+
+    @cached_property
+    def _leg_pieces(self) -> Ints:
+        """Of every leg its pieces, the last one again where others have more, (legs, most)."""
+        each = [np.flatnonzero(self._leg_of == leg) for leg in range(self._leg_of.max() + 1)]
+        return np.stack([np.pad(one, (0, max(map(len, each)) - len(one)), mode="edge") for one in each])
+
     def largest(self, again: Callable[[Points], Floats], values: Floats | None = None) -> Floats:
-        """The largest of a quantity of points, (n,): sampled, and computed again near its largest sample."""
-        return self.top(again, again(self.samples) if values is None else values)[1]
+        """The largest of a quantity of points, (n,): sampled, and computed again near its largest samples."""
+        places = self.tops(again(self.samples) if values is None else values)
+        return np.asarray(np.max([self.laid(again, *place)[1] for place in places], axis=0))
 
     def top(
         self, again: Callable[[Points], Floats], values: Floats, beside: Ints | None = None

@@ -99,11 +99,7 @@ class Slid(Axial):
         rows = np.flatnonzero((np.abs(motion.samples.ds) > STEEP * low).any(axis=1))
         steep = motion.samples.of(rows)
         values[rows] = np.max([values[rows], *(what(radius, steep) for radius in radii[[STATIONS // 2, -1]])], axis=0)
-        piece, step = motion.peak(values)
-        near = motion.around(piece, step)
-        height = np.stack([what(radius, near)[1] for radius in radii])
-        best = np.broadcast_to(radii, height.shape)[height.argmax(axis=0), np.arange(motion.size)]
-        return motion.top(partial(what, best), values)[1]
+        return self.over(what, radii, values)
 
     @cached_property
     def margin(self) -> Floats:

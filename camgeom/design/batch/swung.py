@@ -216,11 +216,7 @@ class Swung(Axial):
         if rows.size:
             steep = samples.of(rows)
             values[rows] = np.max([values[rows], *(what(one, steep) for one in radii[[STATIONS // 2, -1]])], axis=0)
-        piece, step = motion.peak(values)
-        near, places = motion.around(piece, step), radii if rows.size else radii[[0, -1]]
-        height = np.stack([what(place, near)[1] for place in places])
-        best = np.broadcast_to(places, height.shape)[height.argmax(axis=0), np.arange(motion.size)]
-        return motion.top(partial(what, best), values)[1]
+        return self.over(what, radii if rows.size else radii[[0, -1]], values)
 
     @cached_property
     def margin(self) -> Floats:
