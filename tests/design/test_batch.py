@@ -302,11 +302,22 @@ def test_nobody_pays_who_does_not_ask() -> None:
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_of_two_legs_that_bend_nearly_alike_the_sharper_one_is_found() -> None:
-    """Whose samples say that it is the blunter one: r k is 0.84619 and 0.84663."""
-    data, columns = CASES["drum, groove"](np.random.default_rng([27, 275]), 25)
-    one = int(np.abs(columns["cam.diameter"] - 140.7430807718259).argmin())
-    found = compare(data, {key: values[one : one + 1] for key, values in columns.items()})
-    assert found.exist == 1
+@pytest.mark.parametrize(
+    ("name", "seed", "diameter", "figure"),
+    [
+        # r k is 0.84619 in one leg and 0.84663 in another.
+        ("drum, groove", 275, 140.7430807718259, "flank.undercut_margin"),
+        # Guides press harder in one half of a move: by 2.3e-3.
+        ("drum, groove, guides", 50, None, "contact.peak_slice_pressure_mpa"),
+    ],
+)
+def test_of_pieces_that_are_nearly_alike_the_harder_one_is_found(
+    name: str, seed: int, diameter: float | None, figure: str
+) -> None:
+    data, columns = CASES[name](np.random.default_rng([27, seed]), 25)
+    if diameter is not None:
+        one = int(np.abs(columns["cam.diameter"] - diameter).argmin())
+        columns = {key: values[one : one + 1] for key, values in columns.items()}
+    found = compare(data, columns)
     assert found.wrong == []
-    assert found.worst()["flank.undercut_margin"] < 1e-5
+    assert found.worst()[figure] < 1e-4

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from camgeom.cams.cylindrical import Cylindrical
 from camgeom.design.batch.legs import FINE
-from camgeom.design.batch.motion import Motion, Points
+from camgeom.design.batch.motion import Ints, Motion, Points
 from camgeom.design.batch.variants import Variants, demand_of
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
@@ -387,23 +387,32 @@ class Axial(ABC):
         quoted = on.largest(square, _only(way, force, self.square(on.samples, way, force)))
         few = self.slices(on.samples, way, force, self.tried)
         lost = self._lost(way, few.touching)
-        piece, _ = on.peak(_only(way, force, few.square.max(axis=0)))
+        first, *others = on.tops(_only(way, force, few.square.max(axis=0)))
 
         def whole(points: Points) -> Slices:
             force = self.force(points)
             found = self.slices(points, way, force)
             return Slices(_only(way, force, found.square), found.curvature, found.touching)
 
-        near = whole(on.piece(piece))
+        def hardest(place: tuple[Ints, Ints]) -> tuple[Floats, Floats, Floats]:
+            """Square of the pressure, curvature and length that touches about a place."""
+            near: Slices | None = None
 
-        def highest(points: Points) -> Floats:
-            nonlocal near
-            near = whole(points)
-            return np.asarray(near.square.max(axis=0))
+            def highest(points: Points) -> Floats:
+                nonlocal near
+                near = whole(points)
+                return np.asarray(near.square.max(axis=0))
 
-        _, value, at = on.laid(highest, piece, on.step_in(near.square.max(axis=0)))
-        which = near.square[:, 1].argmax(axis=0), slice(None), np.arange(size)
-        k, touching = (one[1] + 0.5 * at * (one[2] - one[0]) for one in (near.curvature[which].T, near.touching))
+            _, value, at = on.laid(highest, *place)
+            assert near is not None
+            which = near.square[:, 1].argmax(axis=0), slice(None), np.arange(size)
+            k, touching = (one[1] + 0.5 * at * (one[2] - one[0]) for one in (near.curvature[which].T, near.touching))
+            return value, k, touching
+
+        value, k, touching = hardest(first)
+        for other in map(hardest, others):
+            harder = other[0] > value
+            value, k, touching = (np.where(harder, *each) for each in zip(other, (value, k, touching)))
         slices = np.where(lost, np.inf, np.sqrt(value))
         k, touching = np.where(lost, 1.0 / self.roller, k), np.where(lost, 0.0, touching)
         return Hard(np.sqrt(np.maximum(quoted, 0.0)), slices, k, touching)

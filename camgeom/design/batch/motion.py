@@ -28,6 +28,8 @@ REACH = 8
 """fine steps on both sides of it, where the parabola that gives its value is laid"""
 NEAR = 2
 """the same where a quantity falls off by more than STEEP of itself within REACH"""
+TOPS = 3
+"""pieces in which the largest of a quantity is computed again"""
 STEEP = 1e-3
 ROUNDS = 4
 
@@ -267,23 +269,12 @@ class Motion:
         return self.at(piece, j)
 
     def tops(self, values: Floats) -> list[tuple[Ints, Ints]]:
-        """Where the largest of samples (P, n) lies, as by `peak`, and the largest of other legs: samples do not tell
-        which of two that are nearly alike is larger."""
-        first = self.peak(values)
-        if len(self._leg_pieces) == 1:
-            return [first]
-        return [first, self.peak(values, self._leg_pieces[self._leg_of[first[0]]].T)]
-
-    @cached_property
-    def _leg_of(self) -> Ints:
-        """Of every piece the number of its leg among those that have pieces, (K,)."""
-        return np.unique([k for k, _, _ in self.rows], return_inverse=True)[1]
-
-    @cached_property
-    def _leg_pieces(self) -> Ints:
-        """Of every leg its pieces, the last one again where others have more, (legs, most)."""
-        each = [np.flatnonzero(self._leg_of == leg) for leg in range(self._leg_of.max() + 1)]
-        return np.stack([np.pad(one, (0, max(map(len, each)) - len(one)), mode="edge") for one in each])
+        """Where samples (P, n) are largest, as by `peak`: in the best pieces, the best first. Samples do not tell which
+        of two that are nearly alike is larger, and both halves of a move may be alike."""
+        found = [self.peak(values)]
+        while len(found) < min(TOPS, len(self.rows)):
+            found.append(self.peak(values, np.stack([piece for piece, _ in found])))
+        return found
 
     def largest(self, again: Callable[[Points], Floats], values: Floats | None = None) -> Floats:
         """The largest of a quantity of points, (n,): sampled, and computed again near its largest samples."""
