@@ -45,11 +45,11 @@ class Move:
 
 
 def lead_radius(wanted: float | None, room: float | None, tool_radius: float) -> float:
-    """Radius of the arc in and out, mm: the wanted one, but no more than there is room for; 0: straight down."""
+    """Radius of the arc in and out, mm: the wanted one, else what there is room for; 0: straight down."""
     if room is None:
         return tool_radius if wanted is None else wanted
     most = SHARE * room
-    radius = most if wanted is None else min(wanted, most)
+    radius = most if wanted is None else wanted
     return radius if radius > LEAST else 0.0
 
 
@@ -209,6 +209,15 @@ class Machining:
     hollow: Hollow | None = None
     assumed: bool = False
     _shared: dict[tuple[Space, int], tuple[Floats, float]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Raises DesignError where the wanted arc in and out, cutter.lead, does not fit beside a flank."""
+        wanted = self.spec.lead or 0.0
+        for path in self.paths:
+            most = SHARE * path.room if path.closed and path.room is not None else wanted
+            if wanted > max(most, LEAST):
+                least = f"at most {most:.6g} mm" if most > LEAST else "0, straight down"
+                raise DesignError(f"cutter.lead {wanted:g} mm has no room beside the flank: {least}, or a smaller tool")
 
     @property
     def tool(self) -> Tool:

@@ -36,6 +36,15 @@ def cut(path: Path) -> list[dict]:
     return blocks[1:]
 
 
+@pytest.mark.parametrize(("kind", "most"), [("flat", 1.0), ("wheel", 1.0), ("roller", 0.0)])
+def test_an_arc_in_and_out_fits_beside_the_flank_or_is_refused(kind: str, most: float) -> None:
+    """Half of what a tool of 16 mm leaves free in a groove of 20 mm; none where it fills the groove."""
+    tool = {"kind": kind} if kind == "roller" else {"kind": kind, "diameter": 16.0}
+    assert model(DRUM, **tool, lead=0.999 * most).machining
+    with pytest.raises(DesignError, match=r"cutter\.lead .* has no room beside the flank"):
+        model(DRUM, **tool, lead=1.002 * most or 0.002).machining  # noqa: B018
+
+
 @pytest.mark.parametrize("name", ["two_start", "barrel_indexer", "conical_indexer", "fine_indexer", "steep_shuttle"])
 def test_every_turret_and_drum(tmp_path: Path, name: str) -> None:
     made = Model(parse((PROFILES / f"{name}.toml").read_text() + "\n[cutter]\n"))

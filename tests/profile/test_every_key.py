@@ -67,7 +67,6 @@ EXEMPT_OF = {
         for key in ("misalignment_deg", "end_radius")
     },
     ("globoid, mill", "cutter.max_feed"): "the tool's centre is nowhere that much faster than the contact",
-    ("drum, mill", "cutter.lead"): "there is less room beside the flank than either radius takes",
 }
 """The same for keys of one case."""
 
