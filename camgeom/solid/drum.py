@@ -318,9 +318,11 @@ def closed_body(
 
 def drum_walls(tracks: tuple[Track, ...], radius: float, floor: float, length: float, bore: Bore | None) -> list[Wall]:
     """Walls of a drum of outer `radius` and `floor` radius, 0 <= z <= length, cut by the tracks' outer edges."""
-    phi = np.linspace(0.0, TURN, WALL_SAMPLES, endpoint=False)
+    even = np.linspace(0.0, TURN, WALL_SAMPLES, endpoint=False)
     walls = []
     for track in tracks:
+        # Edges are nearest to the ends where the roller is.
+        phi = np.unique(np.concatenate([even, [end.at % TURN for end in track.program.extremes(0)]]))
         column = Column(track, phi)
         edges = {}
         for side in track.sides:
@@ -328,7 +330,7 @@ def drum_walls(tracks: tuple[Track, ...], radius: float, floor: float, length: f
             edges[side] = np.stack([radius * np.unwrap(np.arctan2(x[1], x[0])), x[2]])
         walls += ends_walls(track, phi, np.stack([edge[1] for edge in edges.values()]), 0.0, length)
         if len(track.sides) == 2:
-            walls += thinnest_web(track, phi, radius)
+            walls += thinnest_web(track, even, radius)
     if bore is not None:
         walls.append(Wall("floor to bore", floor - bore.reach, None, "make the bore smaller or the groove shallower"))
     return walls

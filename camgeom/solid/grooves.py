@@ -19,6 +19,8 @@ from camgeom.track import TURN
 from camgeom.track.section import Column
 
 SAMPLES, STRIDE = 721, 16
+NEARER, ROUNDS = 17, 6
+"""cam angles about the nearest samples of both edges that are looked at again, in steps a quarter as long each time"""
 DEPTHS = 7
 """places between floor and outside at which lands are measured"""
 APART = "grooves further apart (cam.start), smaller rollers, or shorter strokes"
@@ -59,13 +61,41 @@ class GroovedDrum(QuickPart):
     def lands(self) -> tuple[Wall, ...]:
         """What is left between neighbouring grooves along the drum, mm, at the cam angle of the lower one's edge.
 
-        In the developed cylinder at any depth the land is as wide as its edges are near each other in any direction.
+        Straight from flank to flank, near where in the developed cylinder edges at one depth are nearest in any
+        direction.
         """
         found = []
-        for name, edges in self._facing:
-            thickness, at = min((_land(*each, self._phi) for each in edges), key=lambda one: one[0])
+        for (lower, upper), (name, edges) in zip(pairwise(self.ordered), self._facing):
+            each = [_land(*one, self._phi) for one in edges]
+            depth = int(np.argmin([width for width, *_ in each]))
+            thickness, at, there = each[depth]
+            if thickness > 0.0:
+                thickness, at = self._nearest(lower, upper, float(self._depths(lower, upper)[depth]), at, there)
             found.append(Wall(name, thickness, at, APART))
         return tuple(found)
+
+    def _nearest(
+        self, lower: GroovedCylinder, upper: GroovedCylinder, depth: float, at: float, there: float
+    ) -> tuple[float, float]:
+        """Least distance, mm, of two flanks near a depth and cam angles of both, rad, and that of the lower one."""
+        around, down = np.linspace(-TURN, TURN, NEARER) / (SAMPLES - 1), np.linspace(-1.0, 1.0, 5) / DEPTHS
+        places = [(lower, -1.0, at, depth), (upper, 1.0, there, depth)]
+        for _ in range(ROUNDS):
+            seen = []
+            for ring, which, angle, deep in places:
+                phi, tip = np.mod(angle + around, TURN), ring.track.tip
+                depths = np.clip(deep + down * (self.radius - tip), tip, self.radius)
+                edge = self._edge(ring, which, phi)
+                seen.append((phi, depths, np.stack([edge(float(one)) for one in depths], axis=1).reshape(3, -1)))
+            off = seen[0][2][:, :, None] - seen[1][2][:, None, :]
+            square = (off * off).sum(axis=0)
+            pair = np.unravel_index(int(np.argmin(square)), square.shape)
+            places = [
+                (ring, which, float(phi[k % NEARER]), float(depths[k // NEARER]))
+                for (ring, which, *_), (phi, depths, _), k in zip(places, seen, pair)
+            ]
+            around, down = 0.25 * around, 0.5 * down
+        return float(np.sqrt(square[pair])), places[0][2]
 
     @property
     def _phi(self) -> Floats:
@@ -131,14 +161,14 @@ class GroovedDrum(QuickPart):
         return closed_body(self.name, grid, names, sense > 0, (0.0, self.length), self.blank, tolerance, free)
 
 
-def _land(below: Floats, above: Floats, phi: Floats) -> tuple[float, float]:
-    """Width of a land between edges (3, n) at one depth, mm, below 0 where they cross, and the cam angle of the lower
-    edge, rad."""
+def _land(below: Floats, above: Floats, phi: Floats) -> tuple[float, float, float]:
+    """Width of a land between edges (3, n) at one depth, mm, below 0 where they cross, and the cam angles of the lower
+    and of the upper edge, rad."""
     radius = min(float(np.hypot(x[0], x[1]).min()) for x in (below, above))
     above_it = height_above(below, above)
     at = int(np.argmin(above_it))
     if above_it[at] <= 0.0:
-        return float(above_it[at]), float(phi[at])
+        return float(above_it[at]), float(phi[at]), float(phi[at])
     flat = [np.stack([radius * np.unwrap(np.arctan2(x[1], x[0])), x[2]]) for x in (below, above)]
     turn = TURN * radius
     start, along = flat[1][:, :-1], np.diff(flat[1], axis=1)
@@ -166,6 +196,6 @@ def _land(below: Floats, above: Floats, phi: Floats) -> tuple[float, float]:
     share = np.einsum("kij,kij->ij", d, along)
     share /= square.take(segments)
     d -= np.clip(share, 0.0, 1.0, out=share) * along
-    distance = np.einsum("kij,kij->ij", d, d).min(axis=1)
-    nearest = int(np.argmin(distance))
-    return float(np.sqrt(distance[nearest])), float(phi[rows[nearest]])
+    distance = np.einsum("kij,kij->ij", d, d)
+    i, j = np.unravel_index(int(np.argmin(distance)), distance.shape)
+    return float(np.sqrt(distance[i, j])), float(phi[rows[i]]), float(phi[segments[i, j]])

@@ -189,10 +189,29 @@ def test_a_land_is_judged_where_it_is_thinnest_down_to_the_floor() -> None:
     outside, floor = apart(50.0), apart(40.0)
     assert floor < 0.8 * outside
     assert told == pytest.approx(floor, rel=0.03)
+
+    # Straight from flank to flank, of points of both as close to each other on each as to add 1e-5 mm at most.
+    (at,) = (wall.cam_angle for wall in both_steep.walls if wall.name == "groove 1 to groove 2")
+    assert at is not None
+    phi = at + np.linspace(-0.4, 0.4, 4001)
+    flanks = [np.concatenate([edge(one, delta, top) for delta in (40.0, 40.05, 40.2)], axis=1)
+              for one, top in ((lower, True), (upper, False))]  # fmt: skip
+    assert told == pytest.approx(float(cKDTree(flanks[0].T).query(flanks[1].T)[0].min()), abs=2e-5)
     for share, level in ((0.99, "pass"), (1.01, "fail")):
         judged = model_of(**keys, track=track, limits={"min_wall_mm": share * told})
         (found,) = [f for f in findings(judged, ["wall"]) if "groove 1 to" in f.where]
         assert found.level == level
+
+
+def test_walls_to_the_ends_are_those_at_the_ends_of_the_stroke() -> None:
+    """Where the roller is only for a moment, at no whole degree."""
+    motion = [{"until": 133.77, "to": 20, "law": "cycloidal"}, {"until": 360, "to": 0, "law": "cycloidal"}]
+    data = data_of(motion=motion)
+    del data["track"]
+    cam, tool = data["cam"], 0.5 * data["roller"]["diameter"] + data["cam"].get("running_clearance", 0.0)
+    told = {wall.name: wall.thickness for wall in built(data).walls}
+    assert told["groove to upper end"] == pytest.approx(cam["length"] - cam["start"] - 20.0 - tool, abs=1e-9)
+    assert told["groove to lower end"] == pytest.approx(cam["start"] - tool, abs=1e-9)
 
 
 def test_passes_of_one_groove_are_nearest_at_its_floor() -> None:
