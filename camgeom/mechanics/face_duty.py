@@ -15,7 +15,7 @@ from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme, hardest
 from camgeom.maths.frozen import cached_property
-from camgeom.maths.panels import resolved
+from camgeom.maths.panels import Panels, resolved, roots
 from camgeom.mechanics.contact import Contact, line_contacts
 from camgeom.mechanics.duty import Duty, finite, hertz_data, peak_of, torque_data
 from camgeom.mechanics.hertz import Beneath, beneath_line, line_depth, line_half_width
@@ -35,6 +35,8 @@ AT_ONCE = 200_000
 """cells that are filled at once: 1.6 MB an array"""
 SHARP = 1e-7
 """share of the largest relative curvature to which it is resolved"""
+FLAT = 1e-9
+"""rad; a pressure angle that is none"""
 FINE = 7200
 """cam angles at which the damage along a face is summed: twentieths of a degree"""
 
@@ -59,10 +61,18 @@ class FaceDuty(Duty):
         """Motion and force (N, or N mm about the pivot) that the follower needs, with a panel edge at every zero, on
         panels that resolve the curvature too: a profile about to fold is sharp over a small part of a degree."""
         full = zeroed(self.load)
+        if self.load.guide_friction > 0.0 and (square := self._square(full.panels)).size:
+            full = self.load.sampled(full.panels.split(square))
         if not self._curved:
             return full
         fine = resolved(self._curvatures, full.panels, SHARP)
         return full if len(fine.half) == len(full.panels.half) else self.load.sampled(fine)
+
+    def _square(self, panels: Panels) -> Floats:
+        """Cam angles, rad, at which a pressure angle passes zero: the thrust on a slide's guides has a kink there."""
+        upright = [touch for touch in self.touches if touch.lean == 0.0]
+        angles = [touch.at(panels.theta.ravel()).pressure_angle.reshape(panels.theta.shape) for touch in upright]
+        return np.concatenate([*roots(panels, np.stack(angles), FLAT), []]) if angles else np.zeros(0)
 
     @cached_property
     def _curved(self) -> list[Touch]:

@@ -160,16 +160,16 @@ def test_guide_friction_grows_with_the_side_thrust(offset: float) -> None:
     """Free body of the slide: N cos(alpha) = F + mu N sin(alpha) in the rise, minus in the return; none in a dwell."""
     mu = 0.3
     plain, rough = (Model(parse(GUIDED.format(offset=offset, friction=one))) for one in (0.0, mu))
-    theta = plain.drive.force.panels.theta.ravel()
+    theta = rough.drive.force.panels.theta.ravel()
     cosine = np.abs(plain.planar.touches[0].at(theta).lever)
     sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
-    side = np.broadcast_to(plain.drive.force.direction, plain.drive.force.force.shape).ravel()
-    force = plain.drive.force.force.ravel()
+    side = np.broadcast_to(rough.drive.force.direction, rough.drive.force.force.shape).ravel()
+    force = rough.drive.force.force.ravel()
     normal = next(iter(rough.drive.normals.values())).ravel()
     assert np.abs(normal * cosine - force - side * mu * normal * sine).max() < 1e-9 * force.max()
     # what the cam gives beyond the frictionless follower is the guides' loss
-    lost = rough.drive.force.panels.integral(np.reshape(mu * normal * sine * np.abs(plain.drive.force.ds.ravel()),
-                                                        plain.drive.force.ds.shape))
+    lost = rough.drive.force.panels.integral(np.reshape(mu * normal * sine * np.abs(rough.drive.force.ds.ravel()),
+                                                        rough.drive.force.ds.shape))
     more = [m.drive.torque_data()["mean_torque_n_m"] for m in (plain, rough)]
     assert more[1] - more[0] == pytest.approx(float(lost) / (2.0 * np.pi) * 1e-3, rel=1e-9)
     assert more[1] > more[0] + 0.1
@@ -198,3 +198,24 @@ def test_guide_friction_belongs_to_slides() -> None:
     text = text.replace("base_radius = 40", "base_radius = 40\ncenter_distance = 100")
     with pytest.raises(ProfileError, match=r"operation\.guide_friction"):
         parse(text)
+
+
+@pytest.mark.parametrize("offset", [-17.0, 17.0])
+def test_the_thrust_on_guides_has_a_kink_where_the_roller_stands_square(offset: float) -> None:
+    """Where s' = -e the pressure angle of an offset roller passes zero, within a move, and a rough guide has no thrust.
+
+    tan a = (s' + e) / (s + sqrt((R + r)² - e²)), and N (cos a -+ mu |sin a|) is the force that the follower needs.
+    """
+    rest = "[operation]\nspeed = 376\nspring_rate = 6\nspring_preload = 360\nguide_friction = 0.23"
+    made = disc("base_radius = 12.6", f'kind = "translating"\nmass = 0.9\noffset = {offset}',
+                "diameter = 21.3\nlength = 8", [(88, 22, "3-4-5"), (150, None, None), (261, 0, "3-4-5"),
+                                                         (360, None, None)], rest)  # fmt: skip
+    theta = np.linspace(0.0, 2.0 * pi, 200_001)
+    s, ds, dds = made.setup.program.jet(theta, 2)
+    needed = 0.9e-3 * (376.0 * pi / 30.0) ** 2 * dds + 360.0 + 6.0 * s
+    along = s + np.sqrt((12.6 + 10.65) ** 2 - offset**2)
+    angle = np.arctan2(ds + offset, along)
+    normal = needed / (np.cos(angle) - 0.23 * np.abs(np.sin(angle)) * np.sign(ds))
+    assert made.drive.kept.least.value == pytest.approx(normal.min(), rel=1e-6)
+    most = max(peak_of(made.drive.force.panels, each).value for each in made.drive.normals.values())
+    assert most == pytest.approx(normal.max(), rel=1e-7)
