@@ -387,30 +387,31 @@ class Axial(ABC):
         quoted = on.largest(square, _only(way, force, self.square(on.samples, way, force)))
         few = self.slices(on.samples, way, force, self.tried)
         lost = self._lost(way, few.touching)
-        first, *others = on.tops(_only(way, force, few.square.max(axis=0)))
+        places = on.tops(_only(way, force, few.square.max(axis=0)))
 
         def whole(points: Points) -> Slices:
             force = self.force(points)
             found = self.slices(points, way, force)
             return Slices(_only(way, force, found.square), found.curvature, found.touching)
 
-        def hardest(place: tuple[Ints, Ints]) -> tuple[Floats, Floats, Floats]:
-            """Square of the pressure, curvature and length that touches about a place."""
-            near: Slices | None = None
+        def hardest(piece: Ints) -> tuple[Floats, Floats, Floats]:
+            """Square of the pressure, curvature and length that touches, of a piece: how the load is shared may move
+            the hardest place along it."""
+            near = whole(on.piece(piece))
 
             def highest(points: Points) -> Floats:
                 nonlocal near
                 near = whole(points)
                 return np.asarray(near.square.max(axis=0))
 
-            _, value, at = on.laid(highest, *place)
-            assert near is not None
+            _, value, at = on.laid(highest, piece, on.step_in(near.square.max(axis=0)))
             which = near.square[:, 1].argmax(axis=0), slice(None), np.arange(size)
             k, touching = (one[1] + 0.5 * at * (one[2] - one[0]) for one in (near.curvature[which].T, near.touching))
             return value, k, touching
 
-        value, k, touching = hardest(first)
-        for other in map(hardest, others):
+        # Both halves of a move are alike unless guides rub.
+        (value, k, touching), *others = (hardest(piece) for piece, _ in places[: None if self.guided else 1])
+        for other in others:
             harder = other[0] > value
             value, k, touching = (np.where(harder, *each) for each in zip(other, (value, k, touching)))
         slices = np.where(lost, np.inf, np.sqrt(value))
