@@ -103,8 +103,8 @@ class Finding:
             return ""
         if abs(self.margin) >= 1000.0:
             return "far" if self.margin > 0.0 else "far beyond"
-        # What passes is beyond its limit by rounding alone.
-        return f"{max(self.margin, 0.0) if self.level == 'pass' else self.margin + 0.0:+.0f} %"
+        # What passes is beyond its limit by rounding alone; a zero has no sign.
+        return f"{(max(self.margin, 0.0) if self.level == 'pass' else self.margin) + 0.0:+.0f} %"
 
     def as_dict(self) -> dict[str, Any]:
         """The finding as plain data for result.json."""
