@@ -100,8 +100,10 @@ def table_force(theta: ArrayLike, force: ArrayLike, interpolation: Interpolation
 def _range(begin: float, until: float) -> tuple[float, float, tuple[float, ...]]:
     """Start in [0, 2 pi), length and break angles of a range given by its two ends in rad."""
     length = until - begin
-    if length <= 0.0 or length > TURN:
+    if length <= 0.0:
         length = float(np.mod(length, TURN)) or TURN
+    # A whole turn from anywhere may come out longer than one by a rounding.
+    length = min(length, TURN)
     start = float(np.mod(begin, TURN))
     end = start + length
     # The end as it was given, where it is within the turn: a recomputed one could miss a knot of the motion.

@@ -86,8 +86,10 @@ class Force(Section):
         if self.expression is not None and "interpolation" in stated:
             raise ValueError("`interpolation` is of a table: an expression has no rows")
         if self.expression is not None:
-            if self.begin == self.until:
+            if self.begin - self.until in (0.0, 360.0):
                 raise ValueError("`from` and `until` are equal: the force has no range of cam angle")
+            if not -360.0 < self.until - self.begin <= 360.0:
+                raise ValueError("`from` and `until` are more than a turn apart: the force is that of one turn")
             try:
                 compile_expression(self.expression)
             except ProfileError as refused:

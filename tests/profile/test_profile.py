@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from camgeom.errors import ProfileError
+from camgeom.mechanics.applied import expression_force
 from camgeom.profile import Profile, from_data, parse, read
 from camgeom.profile.motion import motion_problems, program_of
 from camgeom.profile.sections import MotionSegment
@@ -208,6 +209,10 @@ def test_typed_construction() -> None:
         ("[[motion]]\nuntil = 155\n", "[[motion]]\n", ["motion[0].until: is missing"]),
         ('"79.55 * sin(phi)**2"', '"__import__(1)"', ["operation.force[0]", "unknown function '__import__'"]),
         ('"79.55 * sin(phi)**2"', '"' + "(" * 4000 + '"', ["operation.force[0]"]),
+        ("from = 255\n", "from = 280\n", ["operation.force[0]: `from` and `until` are equal"]),
+        ("from = 255\n", "from = 640\n", ["operation.force[0]: `from` and `until` are equal"]),
+        ("from = 255\n", "from = -80.1\n", ["operation.force[0]: `from` and `until` are more than a turn apart"]),
+        ("from = 255\n", "from = 640.1\n", ["operation.force[0]: `from` and `until` are more than a turn apart"]),
         ("groove_depth = 13", "groove_depth = 8", ["roller.length", "8 mm"]),
         ("name = ", 'name = "' + "x" * 200 + '" #', ["name: needs a text of 1 to 120 characters"]),
         ("name = ", 'name = "\\u001b[2J" #', ["name: the text holds control characters"]),
@@ -221,6 +226,19 @@ def test_one_plain_message(old: str, new: str, words: list[str]) -> None:
         assert word in text
     assert "pydantic" not in text
     assert len(text) < 900
+
+
+@pytest.mark.parametrize("begin", [-80, 639.9])
+def test_a_force_may_act_over_a_whole_turn(begin: float) -> None:
+    profile = parse(changed("from = 255\n", f"from = {begin}\n"))
+    assert profile.operation is not None
+    assert isclose(profile.operation.force[0].applied().length, radians((280 - begin) % 360) or 2 * pi)
+
+
+def test_a_whole_turn_from_anywhere_is_a_whole_turn() -> None:
+    for begin in range(-3600, 3600):
+        force = expression_force("1", radians(begin / 10), radians((begin + 3600) / 10))
+        assert isclose(force.length, 2 * pi)
 
 
 def test_everything_wrong_at_once() -> None:
