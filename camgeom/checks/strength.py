@@ -76,13 +76,13 @@ def crown_lengths(name: str, duties: Iterable[Duty]) -> Iterable[Finding]:
     for duty in duties:
         if not isinstance(duty, RollerDuty) or duty.crowned is None or duty.ends.radius:
             continue
-        at = int(duty.crowned.filled.argmax())
+        along, room = duty.crowned.at_fullest
         yield judged(
-            name, float(duty.crowned.ellipse.along.flat[at]), "<=", duty.crowned.room_left(at), "mm",
+            name, along, "<=", room, "mm",
             "a sharp end of the roller bears, whose pressure nothing bounds: use "
             f"{less_tilt(duty)}a stronger crown (a smaller {duty.table}.crown_radius), a longer roller, or give "
             f"{duty.table}.end_radius",
-            cam_angle=float(duty.force.panels.theta.flat[at]),
+            cam_angle=duty.crowned.fullest.cam_angle,
             where=f"half-length of the contact ellipse, {duty.track.name}", worst="warn",
         )  # fmt: skip
 
@@ -90,7 +90,7 @@ def crown_lengths(name: str, duties: Iterable[Duty]) -> Iterable[Finding]:
 def less_tilt(duty: RollerDuty) -> str:
     """Advice first of all where a crown's ellipse has its room on a roller that stands square; empty elsewhere."""
     square = duty.squared
-    if square is None or square[1].crowned is None or (square[1].crowned.filled > 1.0).any():
+    if square is None or square[1].crowned is None or square[1].crowned.fullest.value > 1.0:
         return ""
     return f"a smaller {square[0]}, "
 
@@ -116,7 +116,7 @@ def _to_the_end(duty: RollerDuty) -> float | None:
         return None
     if duty.finite is not None:
         return duty.finite.hardest[1].to_the_end
-    return None if duty.crowned is None else float(duty.crowned.filled.max())
+    return None if duty.crowned is None else duty.crowned.fullest.value
 
 
 @solved("dynamic-crown-length", "dynamics", "crowned load")

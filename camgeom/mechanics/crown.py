@@ -12,7 +12,9 @@ import numpy as np
 
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
+from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
+from camgeom.maths.panels import highest
 from camgeom.mechanics.contact import Contact
 from camgeom.mechanics.hertz import CrownedContact, crowned_contact, point_contact, point_depths
 from camgeom.mechanics.material import Material
@@ -59,13 +61,26 @@ class Crown:
 
     @cached_property
     def filled(self) -> Floats:
-        """Share of it that half of the ellipse's length fills, (p, n); above 1 an end bears."""
-        return np.asarray(self.ellipse.along / self.room)
+        """Share of it that half of the ellipse's length fills where a force presses, (p, n); above 1 an end bears."""
+        return np.where(self.pressing.bears, self.ellipse.along / self.room, 0.0)
 
-    def room_left(self, at: int) -> float:
-        """The room at a sample point, mm; 0 where the crown touches beside the wall."""
-        room = float(self.room.flat[at])
-        return room if room > NEXT_TO_NONE * self.pressing.length else 0.0
+    @cached_property
+    def fullest(self) -> Extreme:
+        """The largest such share over the turn."""
+        share, angle = highest(self.pressing.force.panels, self.filled)
+        return Extreme(float(share), float(angle))
+
+    @cached_property
+    def longest(self) -> float:
+        """The largest half of an ellipse's length over the turn, mm."""
+        return float(highest(self.pressing.force.panels, self.ellipse.along)[0])
+
+    @property
+    def at_fullest(self) -> tuple[float, float]:
+        """Half of the ellipse's length there and its room, mm; no room where the crown touches beside the wall."""
+        both = np.stack([self.ellipse.along, self.room])
+        along, room = self.pressing.force.panels.limit(both, self.fullest.cam_angle, self.filled)
+        return float(along), float(room) if room > NEXT_TO_NONE * self.pressing.length else 0.0
 
     @cached_property
     def principal(self) -> tuple[Floats, Floats]:
@@ -127,5 +142,4 @@ class Crown:
     def pressed_places(self) -> tuple[float, float]:
         """Between which places along the roller axis (delta), mm, it is pressed over the turn."""
         low, high = sorted(self.pressing.track.contact)
-        most = float(self.ellipse.along.max())
-        return max(low, float(self.crest.min()) - most), min(high, float(self.crest.max()) + most)
+        return max(low, float(self.crest.min()) - self.longest), min(high, float(self.crest.max()) + self.longest)

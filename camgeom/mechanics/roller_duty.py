@@ -170,7 +170,7 @@ class RollerDuty(Duty):
         """
         if self.crowned is None:
             return "finite" if self.ends.stated and self.normal.any() else "line"
-        return "finite" if bool((self.pressing.bears & (self.crowned.filled > 1.0)).any()) else "ellipse"
+        return "finite" if self.crowned.fullest.value > 1.0 else "ellipse"
 
     @cached_property
     def finite(self) -> FiniteTurn | None:
@@ -705,7 +705,7 @@ class RollerDuty(Duty):
             return {}
         return {
             "line_pressure_mpa": finite(self.pressing.as_line.peak().pressure),
-            "ellipse_half_length_mm": float(self.crowned.ellipse.along.max()),
+            "ellipse_half_length_mm": self.crowned.longest,
         }
 
     def fatigue_data(self) -> dict[str, Any]:

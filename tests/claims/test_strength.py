@@ -55,6 +55,22 @@ def test_an_ellipse_longer_than_the_roller_is_told(crown: float, level: str) -> 
     assert ("line_pressure_mpa" in made.duty.contact_data()) == (level == "pass")
 
 
+def _fullest(name: str, **keys: Any) -> tuple[float, float, float]:
+    made = model(name, **keys)
+    (finding,) = said(made, "crown-length")
+    assert finding.value is not None
+    return finding.value, finding.limit, made.duty.contact_data()["ellipse_half_length_mm"]
+
+
+def test_the_longest_ellipse_stands_between_the_samples() -> None:
+    # A force told in two parts has its turn sampled elsewhere: the figures are those of the same turn.
+    force = {"from": 80.0, "until": 110.0, "expression": "150.0"}
+    whole = _fullest("disc_offset_roller", operation__force=(force,))
+    for place in (83.7, 96.1, 104.9):
+        parts = (force | {"until": place}, force | {"from": place})
+        assert _fullest("disc_offset_roller", operation__force=parts) == pytest.approx(whole, rel=1e-7)
+
+
 def test_a_cylinder_has_no_crown_to_judge() -> None:
     made = model("disc_offset_roller", roller__shape="cylinder", roller__crown_radius=None)
     assert said(made, "crown-length") == []

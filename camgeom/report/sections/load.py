@@ -285,7 +285,7 @@ def hardest(model: Model) -> Table:
         line = duty.pressing.as_line.peak()
         rows[1:1] = [
             ("Pressure without the crown, as a line", float(line.pressure), "MPa", degrees(float(line.theta))),
-            ("Largest half-length of the contact ellipse", float(duty.crowned.ellipse.along.max()), "mm", None),
+            ("Largest half-length of the contact ellipse", duty.crowned.longest, "mm", None),
         ]
     if duty.finite is not None:
         patch, stiff = duty.finite.hardest[1], duty.stiffness
