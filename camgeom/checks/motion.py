@@ -120,16 +120,20 @@ def cycle_rate(model: Model) -> Iterable[Finding | NotJudged]:
 
 @solved("on-time")
 def on_time(model: Model) -> Iterable[Finding]:
-    """Share of the turn in which the follower stands at the far end of its stroke."""
+    """Share of the turn in which the follower stands at the far end of its stroke, or a turret between its steps."""
     limits, program = model.profile.limits, model.setup.program
     if limits.on_time is None and limits.least_on_time is None:
         return
-    far = max(max(span.before, span.after) for span in program.spans)
-    near = min(min(span.before, span.after) for span in program.spans)
+    ends = [end for span in program.spans for end in (span.before, span.after)]
+    # What steps on stands in the same place before and after its step, wherever in its rest the turn begins.
+    round_it, place, where = (
+        (abs(program.advance), min(ends), "dwell between steps") if program.advance
+        else (np.inf, max(ends), "dwell at the far end of the stroke")
+    )  # fmt: skip
+    slip = AT_STROKE * (max(ends) - min(ends))
     held = [span for span in program.spans
-            if span.law == "dwell" and far - span.after <= AT_STROKE * (far - near)]  # fmt: skip
+            if span.law == "dwell" and (span.after - place + slip) % round_it <= 2.0 * slip]  # fmt: skip
     share = sum(span.end - span.start for span in held) / TURN
-    where = "dwell at the far end of the stroke"
     if limits.on_time is not None:
         yield judged("on-time", share, "<=", limits.on_time, "of the turn", "a shorter dwell there", where=where)
     if limits.least_on_time is not None:

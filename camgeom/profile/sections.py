@@ -273,7 +273,8 @@ class Limits(Section):
         None, description="1/min, most cycles: turns of the cam"
     )
     on_time: Annotated[float, Field(gt=0.0, le=1.0)] | None = Field(
-        None, description="1, largest share of the turn in which the follower stands at the far end of its stroke"
+        None, description="1, largest share of the turn in which the follower stands at the far end of its stroke, or "
+        "a turret that steps on between its steps"
     )
     least_on_time: Annotated[float, Field(gt=0.0, le=1.0)] | None = Field(
         None, description="1, smallest share of the turn in which it stands there"

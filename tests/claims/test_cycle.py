@@ -47,6 +47,18 @@ def test_both_sides(check: str, key: str, limit: float, level: str) -> None:
     assert finding.advice or level == "pass"
 
 
+INDEXER = (PROFILES / "tool_changer.toml").read_text(encoding="utf-8")
+INDEXER = INDEXER[: INDEXER.index("[dynamics]")]
+
+
+@pytest.mark.parametrize(("limit", "level"), [(220.0 / 360.0 / 0.999, "pass"), (220.0 / 360.0 / 1.002, "fail")])
+@pytest.mark.parametrize("start", [110, 40, 1, 219])
+def test_a_turret_rests_between_its_steps_wherever_the_turn_begins(start: int, limit: float, level: str) -> None:
+    text = INDEXER.replace("until = 110", f"until = {start}").replace("until = 250", f"until = {start + 140}")
+    (finding,) = found("on-time", text, on_time=limit)
+    assert (finding.level, finding.where) == (level, "dwell between steps")
+
+
 def test_what_is_not_asked_for_is_not_judged() -> None:
     for check in ("velocity", "cycle-rate", "on-time"):
         assert found(check) == []
