@@ -12,7 +12,7 @@ from camgeom.body.element import largest_principal, shapes, stresses
 from camgeom.body.hexes import HexMesh
 from camgeom.body.ring import RingMesh
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 
 FLAT = 1e-6
 """mm"""
@@ -87,7 +87,7 @@ def plate_cut(mesh: HexMesh, moved: Floats, material: Floats, level: float) -> t
     s = np.linspace(-1.0, 1.0, ACROSS // 2 + 1)
     x, found = [], []
     up = 2.0 * (level - low[on]) / (high - low)[on] - 1.0
-    for place in np.unique(np.round(up, 6)):
+    for place in distinct(np.round(up, 6)):
         at = np.stack([*(one.ravel() for one in np.meshgrid(s, s)), np.full(len(s) ** 2, place)], axis=1)
         nodes = mesh.elements[on[np.abs(up - place) < 1e-5]]
         x.append(np.einsum("pn,enk->epk", shapes(at)[0], mesh.nodes[nodes]).reshape(-1, 3))

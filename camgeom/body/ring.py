@@ -16,7 +16,7 @@ from camgeom.body.element import FOLDED, least_volume
 from camgeom.body.hexes import merged
 from camgeom.errors import DesignError
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
 from camgeom.track import TURN
 
@@ -119,7 +119,7 @@ def ring_of(section: SweptSection, planes: Floats) -> RingMesh:
     new[used] = np.arange(len(used))
     quads = new[cells]
     corner = np.full(len(used), -1, dtype=np.int64)
-    corners = np.unique(quads[:, :4])
+    corners = distinct(quads[:, :4])
     corner[corners] = np.arange(len(corners))
     x = np.stack([r * np.cos(psi)[:, None], r * np.sin(psi)[:, None], z], axis=2)[:, keep]
     n = len(planes)
@@ -146,11 +146,11 @@ def _cells(shapes: list[tuple[int, ...]], number: Index) -> tuple[Index, Index, 
         if block == 0:
             contour = np.arange(j.shape[1])
     quads = np.concatenate(found)
-    return np.unique(quads), quads, contour
+    return distinct(quads), quads, contour
 
 
 def _unique(parts: Sequence[Index]) -> Index:
-    every = np.unique(np.concatenate([part.ravel() for part in parts]))
+    every = distinct(np.concatenate([part.ravel() for part in parts]))
     return every[every >= 0]
 
 

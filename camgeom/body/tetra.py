@@ -20,7 +20,7 @@ import numpy.typing as npt
 from camgeom.body.element import gradients, strain_matrix
 from camgeom.errors import DesignError
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.mesh import Mesh
 from camgeom.mechanics.material import Material
@@ -86,7 +86,7 @@ class TetraMesh:
     @cached_property
     def sets(self) -> dict[str, Index]:
         """Node numbers by the body's face."""
-        found = {name: np.unique(self.outer_nodes[self.labels == k]) for k, name in enumerate(self.names)}
+        found = {name: distinct(self.outer_nodes[self.labels == k]) for k, name in enumerate(self.names)}
         return {name: nodes for name, nodes in found.items() if len(nodes)}
 
     def spread(self, points: Floats, forces: Floats) -> Floats:
@@ -158,7 +158,7 @@ def quadratic(surface: Mesh, nodes: Floats, cells: Index) -> TetraMesh:
         np.sort(faces[:, :, :3].reshape(-1, 3), axis=1), axis=0, return_index=True, return_counts=True
     )
     outer = np.stack(np.divmod(first[count == 1], 4), axis=1)
-    skin = np.unique(faces[outer[:, 0], outer[:, 1]])
+    skin = distinct(faces[outer[:, 0], outer[:, 1]])
     corners, middles = skin[skin < len(nodes)], skin[skin >= len(nodes)]
 
     outside = faces[outer[:, 0], outer[:, 1]]
@@ -172,13 +172,13 @@ def quadratic(surface: Mesh, nodes: Floats, cells: Index) -> TetraMesh:
     reach = np.full(len(nodes), 3.0 * ENVELOPE * float(np.sqrt((np.ptp(surface.vertices, axis=0) ** 2).sum())))
     moved[corners] = _onto(surface, member[corners], nodes[corners], reach[corners])
     while np.any(bad := _volumes(moved, cells) < FLATTEST * start):
-        moved[np.unique(cells[bad])] = nodes[np.unique(cells[bad])]
+        moved[distinct(cells[bad])] = nodes[distinct(cells[bad])]
     every = np.concatenate([moved, moved[edges].mean(axis=1)])
     straight = every.copy()
     length = np.sqrt(((moved[edges[:, 0]] - moved[edges[:, 1]]) ** 2).sum(axis=1))
     every[middles] = _onto(surface, member[middles], straight[middles], 0.25 * length[middles - len(nodes)])
     while np.any(bad := _least(every[elements]) < FLATTEST * _least(straight[elements])):
-        back = np.unique(elements[bad][:, 4:])
+        back = distinct(elements[bad][:, 4:])
         every[back] = straight[back]
     off = every[skin] - _closest(surface.vertices, surface.faces, every[skin])[1]
     return TetraMesh(every, elements, outer, labels, surface.groups, float(np.sqrt((off**2).sum(axis=1)).max()))

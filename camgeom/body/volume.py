@@ -30,7 +30,7 @@ from camgeom.body.section import Fineness, GroovedSection
 from camgeom.body.tetra import TetraVolume, filled, solid_cut, turret_load, turret_sample
 from camgeom.errors import DesignError
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.mesh import Mesh
 from camgeom.mechanics.face_duty import FaceDuty
@@ -139,7 +139,7 @@ class BodyVolume:
         found = {name: self.ring.node_set(name) for name in self.ring.sets}
         for whole in ("flank", "root", "floor"):
             parts = [one for name, one in found.items() if name.startswith(f"{whole}_")]
-            found |= {whole: np.unique(np.concatenate(parts))} if parts else {}
+            found |= {whole: distinct(np.concatenate(parts))} if parts else {}
         return found | {"patch": np.flatnonzero(np.abs(self.forces).sum(axis=1) > 0.0)}
 
     @property

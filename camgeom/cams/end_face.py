@@ -16,7 +16,7 @@ from camgeom.cams._plate import bore_of, bore_problems
 from camgeom.errors import Problem
 from camgeom.immutable import immutable
 from camgeom.keys import Clearance, Gap, Length
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Bore, Wall
@@ -370,7 +370,7 @@ class EndFaceMechanism(Mechanism):
     def _edges(self) -> tuple[Floats, Floats]:
         """The inner and the outer edge of the end face at the samples of a turn, (3, n) each, mm."""
         (track,) = self.cutters
-        phi = np.unique(np.concatenate([np.linspace(0.0, TURN, EDGE_SAMPLES), self.program.knots]))
+        phi = distinct(np.concatenate([np.linspace(0.0, TURN, EDGE_SAMPLES), self.program.knots]))
         column, (side,) = Column(track, phi), track.sides
         inner, outer = (
             column.wall(side, column.reach(side, cylinder_level(radius), radius))[:, :, 0] for radius in self.cam.radii

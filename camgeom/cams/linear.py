@@ -15,7 +15,7 @@ from camgeom.cams._plate import disc_wall, least_distance, roller_track, straigh
 from camgeom.errors import Problem, ProfileError
 from camgeom.immutable import immutable
 from camgeom.keys import Clearance, Length
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.law import LAWS
 from camgeom.motion.program import Program, Segment
@@ -262,7 +262,7 @@ class LinearMechanism(Mechanism):
     @cached_property
     def _path(self) -> tuple[Floats, Floats]:
         """Places (2, n) of the roller's middle seen from where it starts, mm, and its unit directions (2, n)."""
-        travel = np.unique(np.concatenate([np.linspace(0.0, self.cam.stroke, REACH_SAMPLES),
+        travel = distinct(np.concatenate([np.linspace(0.0, self.cam.stroke, REACH_SAMPLES),
                                            self.carriage.path.knots * (self.cam.stroke / TURN)]))  # fmt: skip
         lift, anchor = self.carriage.lift(travel, 1), (self.cam.start, self.cam.edge, 0.0)
         point, _ = self.joint.carried(anchor, (0.0, 0.0, 1.0), lift)

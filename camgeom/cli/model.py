@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 from collections.abc import Collection, Iterable
 from pathlib import Path
@@ -81,6 +80,8 @@ def _print(result: Result, arguments: argparse.Namespace, console: Console, file
     for names_, reason in _unmade(result, told=False):
         console.err(f"camgeom: no {' or '.join(names_)}: {reason}")
     if arguments.json:
+        import json
+
         console.out(json.dumps(result.data, indent=2, allow_nan=False))
         return
     for line in summary(result, files):

@@ -19,7 +19,7 @@ from camgeom.checks import findings, judge, light_checks
 from camgeom.design import Choice, Design
 from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import bracketed_maximum, bracketed_root, piece_grid, refined_maximum
 from camgeom.model import Model
 from camgeom.motion.program import Program
@@ -92,7 +92,7 @@ def smallest_base_radius(profile: Profile, wanted: PlanarLimits, low: float = 1.
     if profile.follower.rotating:
         cam = profile.cam
         centre = (cam.center_distance if isinstance(cam, Disc | Conjugate) else None) or high
-        radii = np.unique(np.concatenate([radii, np.linspace(low, min(high, 2.0 * centre), EVENLY)]))
+        radii = distinct(np.concatenate([radii, np.linspace(low, min(high, 2.0 * centre), EVENLY)]))
     return smallest_radius(lambda radius: margins(profile, radius, wanted), radii)
 
 

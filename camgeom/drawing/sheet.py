@@ -14,7 +14,7 @@ from typing import final
 import numpy as np
 
 from camgeom.drawing.shapes import Anchor, Box, Pen, Segments, Shape, Words
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 
 FONT = 13.0
 """px, the text size of every plot"""
@@ -120,7 +120,7 @@ def thin_line(x: Floats, y: Floats, tolerance: float = 0.15, bucket: float = 1.0
         starts = np.flatnonzero(np.r_[True, column[1:] != column[:-1]])
         ends = np.r_[starts[1:], len(x)] - 1
         order = np.lexsort((y, column))
-        keep = np.unique(np.concatenate([starts, ends, order[starts], order[ends]]))
+        keep = distinct(np.concatenate([starts, ends, order[starts], order[ends]]))
         x, y = x[keep], y[keep]
     return straightened(np.column_stack([x, y]), tolerance)
 

@@ -13,7 +13,7 @@ from camgeom.immutable import immutable
 from camgeom.machining.path import Positions
 from camgeom.machining.plan import SHARE
 from camgeom.machining.spec import LEAST
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import piece_grid, refined_maximum
 from camgeom.maths.frozen import cached_property
 from camgeom.track import TURN, Track
@@ -72,7 +72,7 @@ class Corners:
     def knots(self, phi: Floats) -> Floats:
         """Parameters of an outline's knots (cam angles), the two ends of every corner among them."""
         plain = [self.parameter(float(p)) for p in phi[:-1]]
-        return np.unique(np.concatenate([plain, self._starts, self._starts + np.abs(self.turn), [0.0, self.length]]))
+        return distinct(np.concatenate([plain, self._starts, self._starts + np.abs(self.turn), [0.0, self.length]]))
 
     def resolve(self, p: Floats) -> tuple[Floats, Floats, Floats]:
         """Cam angle, number of the corner (-1: none) and share of it, each (n,), at parameters p (n,)."""

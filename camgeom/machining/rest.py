@@ -19,7 +19,7 @@ from camgeom.immutable import immutable
 from camgeom.machining.path import ToolPath
 from camgeom.machining.rows import RowPath
 from camgeom.machining.tool import Tool
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import piece_grid
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import dot
@@ -130,8 +130,8 @@ class RestField:
         width, height = 2.0 * np.pi / PER_TURN, abs(float(self.delta[1] - self.delta[0]))
         knots, (low, high) = self.track.knots(), sorted(self.track.contact)
         for _ in range(ZOOMS):
-            angles = np.unique(np.clip(phi + width * np.linspace(-1.0, 1.0, 9), knots[0], knots[-1]))
-            deltas = np.unique(np.clip(delta + height * np.linspace(-1.0, 1.0, 5), low, high))
+            angles = distinct(np.clip(phi + width * np.linspace(-1.0, 1.0, 9), knots[0], knots[-1]))
+            deltas = distinct(np.clip(delta + height * np.linspace(-1.0, 1.0, 5), low, high))
             t = np.array([self.track.meridian.parameter(float(d)) for d in deltas])
             flank = Flank(self.track, angles, t, self.side)
             rest = np.where(self._of_blank(flank.x), sign * self.at(flank), -np.inf)

@@ -10,7 +10,7 @@ import numpy as np
 from camgeom.errors import DesignError, NotConverged
 from camgeom.immutable import immutable
 from camgeom.machining.path import AlongTrack, Positions, flank_name, roller_at, travel_of, up_of, wall_ends
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.surface import dot
 from camgeom.track import Track
 from camgeom.track.flank import Flank
@@ -116,7 +116,7 @@ def ridge(paths: tuple[RowPath, ...], stock: float) -> float:
         return 0.0
     first = paths[0]
     track, side = first.track, first.side
-    pick = np.unique(np.linspace(0, len(paths) - 2, min(len(paths) - 1, NEIGHBOURS)).astype(int))
+    pick = distinct(np.linspace(0, len(paths) - 2, min(len(paths) - 1, NEIGHBOURS)).astype(int))
     knots = track.knots()
     count = max(24, int(ANGLES_PER_TURN * (knots[-1] - knots[0]) / (2.0 * np.pi)))
     phi = np.linspace(knots[0], knots[-1], count)

@@ -92,7 +92,7 @@ class Mesh:
         """Every connected shell as a mesh of its own, without groups and fields."""
         owner = self._labels[self.faces[:, 0]]
         found = []
-        for label in np.unique(owner):
+        for label in distinct(owner):
             used, index = np.unique(self.faces[owner == label], return_inverse=True)
             found.append(Mesh(self.vertices[used], index.reshape(-1, 3).astype(np.int32)))
         return tuple(found)

@@ -360,7 +360,7 @@ def _probed(knots: Floats, phi: Floats, across: int) -> Index:
     if stride == 1 or n < 400:
         return np.arange(n)
     at = np.searchsorted(phi, knots)
-    return np.unique(np.clip(np.concatenate([np.arange(0, n, stride), at, at - 1]), 0, n - 1))
+    return distinct(np.clip(np.concatenate([np.arange(0, n, stride), at, at - 1]), 0, n - 1))
 
 
 def subdivided_knots(knots: Floats, parts: int) -> Floats:

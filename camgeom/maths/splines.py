@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
 
 Ints = npt.NDArray[np.intp]
@@ -45,7 +45,7 @@ class Basis:
     @cached_property
     def breaks(self) -> Floats:
         """Distinct knots, ascending."""
-        return np.unique(self.knots)
+        return distinct(self.knots)
 
     @cached_property
     def multiplicities(self) -> Ints:

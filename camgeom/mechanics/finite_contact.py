@@ -19,7 +19,7 @@ import numpy as np
 
 from camgeom.errors import NotConverged
 from camgeom.immutable import immutable
-from camgeom.maths import Floats, gauss_rule
+from camgeom.maths import Floats, distinct, gauss_rule
 from camgeom.maths.frozen import cached_property, frozen
 from camgeom.mechanics import hertz
 from camgeom.mechanics.halfspace import NOWHERE, Even, Influence, StripSpectrum, pressed
@@ -498,7 +498,7 @@ def _grown(low: float, high: float, fine: list[float], least: float, count: int)
 
     Their length at a distance d is as least + d / 8, scaled to the count.
     """
-    y = np.unique(np.concatenate([np.linspace(low, high, 2001), *(place + _near(least, high - low) for place in fine)]))
+    y = distinct(np.concatenate([np.linspace(low, high, 2001), *(place + _near(least, high - low) for place in fine)]))
     y = y[(y >= low) & (y <= high)]
     off = np.min(np.abs(y[None, :] - np.array(fine)[:, None]), axis=0)
     density = 1.0 / (least + off / 8.0)

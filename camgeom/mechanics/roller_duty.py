@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, final
 import numpy as np
 
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import TURN, highest
@@ -324,7 +324,7 @@ class RollerDuty(Duty):
                 return equal
             # Where the crown touches either wall is a slice too.
             moved = self.crown * sin(self.ends.tilt) / self.length
-            return np.unique(np.concatenate([equal, np.clip(0.5 + np.array([-moved, moved]), 0.0, 1.0)]))
+            return distinct(np.concatenate([equal, np.clip(0.5 + np.array([-moved, moved]), 0.0, 1.0)]))
         places = self.finite.places
         return np.asarray((places - places[0]) / (places[-1] - places[0]))
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import Extreme, piece_grid, refined_maximum
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import TURN, Panels, panels
@@ -106,7 +106,7 @@ def _apart(first: Track, at: float, second: Track, beside: float) -> Extreme:
         return np.asarray(-_beside(*ends, thick))
 
     knots = np.concatenate([(first.knots() + at) % TURN, (second.knots() + beside) % TURN, [0.0, TURN]])
-    theta, owner = piece_grid(np.unique(knots), PER_TURN)
+    theta, owner = piece_grid(distinct(knots), PER_TURN)
     value, where = refined_maximum(nearness, theta, owner, nearness(theta))
     return Extreme(-value, where % TURN)
 

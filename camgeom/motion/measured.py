@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.maths import Floats, gauss_rule
+from camgeom.maths import Floats, distinct, gauss_rule
 from camgeom.maths.splines import Basis, clamped
 from camgeom.motion.law import Ends
 from camgeom.motion.spline import end_control, to_pieces
@@ -123,7 +123,7 @@ def _smoother(x: bytes, lift: bytes, deviation: float, knots: bytes, order: int,
     packed = np.linalg.qr(rows / math.sqrt(len(angles)))[1]
     data, target = packed[:, : count + 1], packed[:, count + 1]
     rough = np.column_stack(
-        [_roughness(knot_row, degree, order + 1), np.zeros((len(np.unique(knot_row)) - 1) * (order + 1))]
+        [_roughness(knot_row, degree, order + 1), np.zeros((len(distinct(knot_row)) - 1) * (order + 1))]
     )
     inner = np.r_[order + 1 : count - order - 1, count]
     outer = np.r_[0 : order + 1, count - order - 1 : count]
@@ -154,7 +154,7 @@ def _inner_knots(x: Floats, most: int) -> Floats:
 def _roughness(knots: Floats, degree: int, order: int) -> Floats:
     """The matrix whose square is the integral of the derivative's square: Gauss points a span, exact for the degree."""
     nodes, weights = gauss_rule(degree - order + 1)
-    breaks = np.unique(knots)
+    breaks = distinct(knots)
     middle, half = 0.5 * (breaks[1:] + breaks[:-1]), 0.5 * np.diff(breaks)
     x = (middle[:, None] + half[:, None] * nodes).ravel()
     scale = np.sqrt((half[:, None] * weights).ravel())

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.splines import Basis
 from camgeom.motion.table import Piece
 
@@ -29,7 +29,7 @@ def to_pieces(knots: Floats, degree: int, control: Floats, start: Floats, end: F
 
     `start`, `end` (k,) are its value and derivatives at both ends, which the pieces then have to the last digit.
     """
-    breaks = np.unique(knots)
+    breaks = distinct(knots)
     anchors = np.append(breaks[:-2], 1.0)
     basis = Basis(degree, knots)
     rows = [basis.design(anchors, r) @ control / math.factorial(r) for r in range(degree + 1)]

@@ -7,7 +7,6 @@ flooded by a hostile file.
 
 from __future__ import annotations
 
-import json
 import math
 import re
 import tomllib
@@ -260,7 +259,7 @@ def _is_tables(value: Any) -> bool:
 
 
 def _key(key: str) -> str:
-    return key if re.fullmatch(r"[\w-]+", key, re.ASCII) else json.dumps(key)
+    return key if re.fullmatch(r"[\w-]+", key, re.ASCII) else word(key)
 
 
 def word(value: Any) -> str:
@@ -269,4 +268,6 @@ def word(value: Any) -> str:
         return "{ " + ", ".join(f"{_key(key)} = {word(item)}" for key, item in value.items()) + " }"
     if isinstance(value, tuple):
         return "[" + ", ".join(map(word, value)) + "]"
+    import json
+
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable
 from math import isfinite
 from pathlib import Path
@@ -207,6 +205,9 @@ def _films(model: Model, stem: str, kinds: tuple[str, ...], folder: RunFolder, p
 
 def _close(model: Model, order: Order, folder: RunFolder, result: Result) -> None:
     """Write the result and let all files appear."""
+    import hashlib
+    import json
+
     from camgeom.export.files import write_whole
 
     text = json.dumps(result.data, indent=2, allow_nan=False, ensure_ascii=False) + "\n"

@@ -12,7 +12,7 @@ from camgeom.drawing.colours import CUT, FLANK, STEEL, scale, value_range
 from camgeom.errors import ExportError
 from camgeom.export import NamedMesh
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.creases import crease_lines, shade
 from camgeom.maths.mesh import Ints, Mesh
 from camgeom.report.overlay import ColourBar, overlay
@@ -226,7 +226,7 @@ class Stage:
         self._range(list(skins.values()))
         for body in bodies:
             self._add(body, skins[body.name])
-        points = np.concatenate([s.points[np.unique(s.faces)] for s in skins.values()]) if reach is None else reach
+        points = np.concatenate([s.points[distinct(s.faces)] for s in skins.values()]) if reach is None else reach
         self._aim(points)
         self._light(float(np.ptp(points @ self._axes.T, axis=0).max()))
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from camgeom.errors import DesignError
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.sampling import Grid, sample
 from camgeom.maths.surface import dot
@@ -322,7 +322,7 @@ def drum_walls(tracks: tuple[Track, ...], radius: float, floor: float, length: f
     walls = []
     for track in tracks:
         # Edges are nearest to the ends where the roller is.
-        phi = np.unique(np.concatenate([even, [end.at % TURN for end in track.program.extremes(0)]]))
+        phi = distinct(np.concatenate([even, [end.at % TURN for end in track.program.extremes(0)]]))
         column = Column(track, phi)
         edges = {}
         for side in track.sides:

@@ -9,7 +9,7 @@ import numpy as np
 
 from camgeom.errors import DesignError
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.sampling import sample
 from camgeom.solid import QuickPart, Solid, eased
@@ -118,7 +118,7 @@ class GroovedDrum(QuickPart):
 
     def knots(self) -> Floats:
         """Cam angles at which a derivative of any groove's motion may jump, with both ends of the turn, rad."""
-        every = np.unique(np.concatenate([ring.track.knots() for ring in self.rings]))
+        every = distinct(np.concatenate([ring.track.knots() for ring in self.rings]))
         return np.asarray(every[np.concatenate([[True], np.diff(every) > 1e-9])])
 
     def refuse_overlap(self) -> None:

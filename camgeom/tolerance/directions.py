@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import bracketed_maximum
 from camgeom.maths.frozen import cached_property
 from camgeom.tolerance.causes import Cause
@@ -61,7 +61,7 @@ class Trials:
         for i, (cause, unit) in enumerate(sizes):
             g = unit * packed.taken(seated.flat(seated.approaches.of(cause)))
             owners = {"roller": packed.roller, "wall": packed.wall}.get(cause.holder)
-            for share in [None] if owners is None else [owners == k for k in np.unique(owners)]:
+            for share in [None] if owners is None else [owners == k for k in distinct(owners)]:
                 parts += [(part, share) for part in g]
                 names += [(i, len(parts))] * len(g)
         errors = np.empty((len(parts), 2, *packed.order.shape))
@@ -120,7 +120,7 @@ class Trials:
         np.maximum.at(most, which, value)
         near = np.flatnonzero(value >= NEAR * most[which])
         value[near] = np.maximum(value[near], turned.some(near).beside(turn[near], value[near], CLOSER)[0])
-        each = [np.flatnonzero(group == i) for i in np.unique(group)]
+        each = [np.flatnonzero(group == i) for i in distinct(group)]
         hardest = np.array([own[np.argmax(value[own])] for own in each])
         value[hardest] = np.maximum(value[hardest], turned.some(hardest).largest(float(value.max())))
         np.maximum.at(found, (which, rows), value)

@@ -212,9 +212,8 @@ def _edges(mesh: Mesh, group: str, inner: bool = False) -> npt.NDArray[np.int64]
     faces = mesh.faces[mesh.group_faces(group)]
     if not len(faces):
         return np.zeros((0, 2), dtype=np.int64)
-    low, high = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1).T
-    count = len(mesh.vertices)
-    keys = low.astype(np.int64) * count + high
+    start, end, count = faces.ravel(), faces[:, [1, 2, 0]].ravel(), len(mesh.vertices)
+    keys = np.minimum(start, end).astype(np.int64) * count + np.maximum(start, end)
     if inner:
         keys = np.sort(keys)
         keys = keys[1:][keys[1:] == keys[:-1]]
@@ -369,13 +368,19 @@ def _search(track: Track, x: Floats, extra: Floats, window: _Window, turn: int) 
     centre, coarse = step * index[rows, best], value[rows, best]
     # Half a step from its nearest sample a distance is less by no more than the fastest point of the roller moves: what
     # stays farther away than the nearest sample of all is not the nearest point.
-    hopeful = np.flatnonzero(coarse - 0.5 * speed * step <= coarse.min())
+    moved = 0.5 * speed * step
+    hopeful = np.flatnonzero(coarse - moved <= coarse.min())
     x, extra, xt, centre, coarse = x[hopeful], extra[hopeful], xt[:, hopeful], centre[hopeful], coarse[hopeful]
-    refined, settled = _stationary(track, xt, centre, step)
-    fine = np.minimum(roller_distance(track, xt, refined) + extra, coarse)
-    refined = np.where(fine < coarse, refined, centre)
+    # Beside its least a distance to what is round grows by the square of the way: what is farther off at its nearest
+    # sample than that is not near its least there, and its bracket alone is narrowed.
+    close = np.flatnonzero(coarse <= coarse.min() + moved * moved / _largest_radius(track))
+    fine, refined, settled = coarse.copy(), centre.copy(), np.zeros(len(x), dtype=bool)
+    where, settled[close] = _stationary(track, xt[:, close], centre[close], step)
+    distance = roller_distance(track, xt[:, close], where) + extra[close]
+    better = distance < coarse[close]
+    fine[close[better]], refined[close[better]] = distance[better], where[better]
     least = float(fine.min())
-    unsure = (coarse - 0.5 * speed * step < least) & (fine > least + 1e-9) & ((fine == coarse) | ~settled)
+    unsure = (coarse - moved < least) & (fine > least + 1e-9) & ((fine == coarse) | ~settled)
     point, low, high = np.flatnonzero(unsure), centre[unsure] - step, centre[unsure] + step
     for number in range(ROUNDS):
         if not len(point):

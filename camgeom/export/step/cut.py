@@ -25,7 +25,7 @@ from camgeom.export.step.shell import ShellBand
 from camgeom.export.step.solids import TOLERANCE
 from camgeom.export.step.tagged import OUTSIDE, Chain, blank_mesh, groove_mesh, regions_of, subtract_tagged
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.mesh import Mesh
 from camgeom.solid.cut import CutBlank, IndexingCut
 from camgeom.track import Track
@@ -252,7 +252,7 @@ def _cut_angles(body: IndexingCut | CutBlank, sag: float) -> tuple[Floats, Float
     knots = np.concatenate([-track.sense * track.knots() for track in body.tracks])
     bore = body.blank.bore
     limit = bore.reach + 1e-6 if bore is not None else 0.0
-    outer = np.unique(np.round(np.mod(around[rho > limit], 2.0 * pi), 12))
+    outer = distinct(np.round(np.mod(around[rho > limit], 2.0 * pi), 12))
     best = max(
         (np.array([outer[(j + s * len(outer) // SECTORS) % len(outer)] for s in range(SECTORS)]) for j in
          range(len(outer) // SECTORS)),
@@ -260,7 +260,7 @@ def _cut_angles(body: IndexingCut | CutBlank, sag: float) -> tuple[Floats, Float
     )
     if bore is None:
         return np.sort(best), np.sort(best)
-    inner = np.unique(np.round(np.mod(around[np.abs(rho - 0.5 * bore.diameter) < 1e-9], 2.0 * pi), 12))
+    inner = distinct(np.round(np.mod(around[np.abs(rho - 0.5 * bore.diameter) < 1e-9], 2.0 * pi), 12))
     start = keyway_start(bore)
     first = 0.0 if start else float(inner[len(inner) // 7])
     wanted = first + np.arange(1, SECTORS) * 2.0 * pi / SECTORS

@@ -19,7 +19,7 @@ from camgeom.export.step.geometry import WORLD, Cone, Frame
 from camgeom.export.step.shell import ShellBand, shell
 from camgeom.export.step.solids import TOLERANCE, bore_holes, closed_solid
 from camgeom.export.step.spline import SurfacePoints
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import bracketed_root
 from camgeom.solid.bell import GroovedRing
 from camgeom.solid.drum import EndFaceRing, GroovedCylinder, RibbedCylinder
@@ -64,7 +64,7 @@ def grooves_solid(body: GroovedDrum, tolerance: float = TOLERANCE) -> Brep:
         before = high
     assert before is not None
     bands.append(land(before, body.length, False, body.radius))
-    knots = np.unique(np.concatenate([split_knots(ring.track) for ring in body.rings]))
+    knots = distinct(np.concatenate([split_knots(ring.track) for ring in body.rings]))
     kept = knots[np.concatenate([[True], np.diff(knots) > 1e-9])]
     skin = shell(bands, kept, -body.rings[0].track.sense, tolerance)
     return closed_solid(body.name, skin, (0.0, body.length), bore_holes(body.blank.bore), tolerance)
@@ -294,6 +294,6 @@ def split_knots(track: Track, samples: int = 48) -> Floats:
             angle = arc(phi)
             at = np.nonzero((angle[1:] * angle[:-1] < 0.0) & (np.maximum(abs(angle[1:]), abs(angle[:-1])) > 1e-9))[0]
             narrow.append(bracketed_root(arc, phi[at], phi[at + 1]))
-    merged = np.unique(np.concatenate(narrow))
+    merged = distinct(np.concatenate(narrow))
     keep = np.concatenate([[True], np.diff(merged) > 1e-9])
     return np.asarray(merged[keep])

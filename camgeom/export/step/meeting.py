@@ -16,7 +16,7 @@ from camgeom.errors import NotConverged
 from camgeom.export.step.geometry import Curve, SplineCurve, SplineSurface, Surface, largest_gap
 from camgeom.export.step.recognise import curve_of
 from camgeom.export.step.spline import DEGREE, kit, refined
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.splines import Basis
 
 Ints = npt.NDArray[np.int64]
@@ -153,7 +153,7 @@ def iso_curve(surface: SplineSurface, axis: int, value: float, low: float, high:
     ends = np.full(other.degree + 1, low), np.full(other.degree + 1, high)
     basis = Basis(other.degree, np.concatenate([ends[0], inner, ends[1]]))
     nodes = np.clip(basis.greville, low, high)
-    t = np.unique(np.concatenate([nodes, np.linspace(low, high, 3 * len(nodes))]))
+    t = distinct(np.concatenate([nodes, np.linspace(low, high, 3 * len(nodes))]))
     at = [sign * t] * 2
     at[axis] = np.full(len(t), value)
     exact = surface.jet(*at)[0]

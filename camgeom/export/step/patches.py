@@ -20,7 +20,7 @@ from camgeom.export.step.recognise import curve_of, surface_of
 from camgeom.export.step.shell import ShellBand, fitted
 from camgeom.export.step.spline import SurfaceFit
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.blank import Blank, Bore
 
@@ -88,7 +88,7 @@ def groove_body(
 ) -> GrooveBody:
     """Fit the bands of a groove body between its knots, each within `tolerance` mm. Raises as `shell.fitted`."""
     if closed and len(knots) < 4:
-        knots = np.unique(np.concatenate([knots, np.linspace(knots[0], knots[-1], 4)]))
+        knots = distinct(np.concatenate([knots, np.linspace(knots[0], knots[-1], 4)]))
     fits = fitted(bands, knots, tolerance)
     period = len(knots) - 1 if closed else None
     patches = []

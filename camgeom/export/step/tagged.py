@@ -21,7 +21,7 @@ from camgeom.export.step.geometry import SplineSurface
 from camgeom.export.step.patches import GrooveBody, Patch
 from camgeom.export.step.spline import SurfaceFit
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.mesh import joined
 from camgeom.solid.blank import Blank
 from camgeom.solid.builder import cell_faces
@@ -341,7 +341,7 @@ def _chain(cut: TaggedMesh, owner: Ints, opposite: Ints, path: Ints) -> Chain:
     start, end = cut.faces.ravel(), cut.faces[:, [1, 2, 0]].ravel()
     here, there = cut.values.reshape(-1, 2), cut.values[:, [1, 2, 0]].reshape(-1, 2)
     back = opposite[path]
-    owners = np.unique(owner[path // 3]), np.unique(owner[back // 3])
+    owners = distinct(owner[path // 3]), distinct(owner[back // 3])
     if len(owners[0]) != 1 or len(owners[1]) != 1:
         raise DesignError("a border changes its sides without a corner")
     return Chain(

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.banded.facets import Asked, Band, Corners, Index, Mask, points_of
 from camgeom.maths.banded.plan import NetPlan
 from camgeom.maths.banded.strips import Strips, counted
@@ -214,7 +214,7 @@ class Net:
                 found.append((int(band[low]), own))
                 continue
             like = (np.log(many) / np.log(LIKE)).astype(np.int64)
-            found += [(int(band[low]), own[like == k]) for k in np.unique(like).tolist()]
+            found += [(int(band[low]), own[like == k]) for k in distinct(like).tolist()]
         return found
 
     def ask_columns(self, request: Request, known: Mask) -> None:

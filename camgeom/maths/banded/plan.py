@@ -8,7 +8,7 @@ import numpy as np
 
 from camgeom.errors import NotConverged
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.banded.facets import Asked, Band, Index, Mask, points_of
 from camgeom.maths.sampling import MAX_CELLS, subdivided_knots
 from camgeom.maths.surface import cross, dot
@@ -180,7 +180,7 @@ def planned(bands: Sequence[Band], knots: Floats, closed: bool, beyond: Longest 
     choice = _choice(int(most.max()))
     sizes = np.searchsorted(choice, 1.5 * most) + 1
     h = np.zeros((len(choice), len(bands), n))
-    for size in np.unique(sizes).tolist():
+    for size in distinct(sizes).tolist():
         which = np.flatnonzero(sizes == size)
         some = choice[:size]
         h[:size, which] = np.minimum(forms.steps(which, some, room, longest),

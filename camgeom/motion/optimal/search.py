@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.motion.optimal.bound import CELLS, cruises, lower_bound
 from camgeom.motion.optimal.excess import ENOUGH, LITTLE, excess, kept
 from camgeom.motion.optimal.newton import at_rest
@@ -357,7 +357,7 @@ def graded(shape: Shape, finest: float) -> Shape:
     off = np.append(0.0, np.cumsum(finest * 1.5 ** np.arange(np.log(coarsest / finest) / np.log(1.5))))
     near = merged(shape).x[:, None] + np.concatenate([-off, off])
     x = [0.0]
-    for at in np.unique(np.concatenate([np.arange(0.0, 1.0, coarsest), near.ravel()])).tolist():
+    for at in distinct(np.concatenate([np.arange(0.0, 1.0, coarsest), near.ravel()])).tolist():
         if at - x[-1] >= 0.6 * finest and 1.0 - at >= 0.6 * finest:
             x.append(at)
     return Shape(np.array([*x, 1.0]), np.zeros(len(x) + 1))

@@ -7,7 +7,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import once
 from camgeom.maths.mesh import Mesh, rowed
 from camgeom.track import TURN, Swing, Track
@@ -62,7 +62,7 @@ def pressed_rows(model: Model) -> Floats:
         if duty.level != "line":
             places = duty.pressed_places
             rows.append(np.linspace(max(places[0], low), min(places[1], high), ROWS))
-    return np.unique(np.concatenate(rows)) if rows else np.zeros(0)
+    return distinct(np.concatenate(rows)) if rows else np.zeros(0)
 
 
 def _coarse(model: Model, i: int) -> Mesh:

@@ -24,7 +24,7 @@ from camgeom.drawing.content import (
     Text,
 )
 from camgeom.drawing.sheet import number
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.report.sections.motion import mark, zones
 from camgeom.track.flank import Flank
 from camgeom.track.survey import FLANKS
@@ -255,7 +255,7 @@ def _shape_text(planar: Planar, drawn: bool) -> str:
 
 def _angles(planar: Planar) -> Floats:
     """Cam angles, rad, over the turn with both sides of every knot."""
-    knots = np.unique(np.concatenate([np.r_[0.0, touch.knots(), 2.0 * pi] for touch in planar.touches]))
+    knots = distinct(np.concatenate([np.r_[0.0, touch.knots(), 2.0 * pi] for touch in planar.touches]))
     hair = 1e-9
     parts = [
         np.linspace(low + hair, high - hair, max(3, int(np.ceil(PER_TURN * (high - low) / (2.0 * pi)))))

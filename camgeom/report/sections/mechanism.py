@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from camgeom.drawing.content import Actor, Axis, Block, Scene, Shade
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.mesh import Mesh
 from camgeom.report.sections.bodies import (
     cam_meshes,
@@ -117,7 +117,7 @@ def fields(model: Model, mesh: Mesh) -> dict[str, Floats]:
 def _vertex(mesh: Mesh, point: Floats) -> npt.NDArray[np.intp]:
     """The vertex of the flanks nearest to a point (3,), none where that is of another body; without a height all above
     each other."""
-    wall = np.unique(mesh.faces[mesh.group_faces("flank")]).astype(np.intp)
+    wall = distinct(mesh.faces[mesh.group_faces("flank")]).astype(np.intp)
     x = mesh.vertices[wall]
     if np.isnan(point[2]):
         far = np.hypot(*(x[:, :2] - point[:2]).T)
