@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
+from camgeom.maths.surface import dot
 
 Index = npt.NDArray[np.int64]
 BITS = 10
@@ -114,12 +115,14 @@ def _pierce(corners: Floats, pairs: Index, depth: float) -> npt.NDArray[np.bool_
     normal = np.cross(corners[:, 1] - origin, corners[:, 2] - origin)
     size = np.sqrt(np.einsum("fi,fi->f", normal, normal))
     normal /= np.where(size > 0.0, size, 1.0)[:, None]
+    # Coordinate by coordinate, as most pairs need no more: (xyz, corner, f) and (xyz, f).
+    place, unit = np.ascontiguousarray(corners.T), np.ascontiguousarray(normal.T)
     for first, second in ((0, 1), (1, 0)):
         edges, plane = pairs[:, first], pairs[:, second]
-        height = np.einsum("kci,ki->kc", corners[edges] - origin[plane][:, None], normal[plane])
+        height = dot(place.take(edges, 2) - place[:, 0].take(plane, 1)[:, None], unit.take(plane, 1)[:, None])
         # Most pairs stand beside each other: all corners of one on one side of the other's plane.
-        across = np.flatnonzero((height.min(axis=1) < -depth) & (height.max(axis=1) > depth) & ~found)
-        edges, plane, height = edges[across], plane[across], height[across]
+        across = np.flatnonzero((height.min(axis=0) < -depth) & (height.max(axis=0) > depth) & ~found)
+        edges, plane, height = edges[across], plane[across], height[:, across].T
         one, start, n, area = corners[edges], origin[plane], normal[plane], size[plane]
         u, v = corners[plane, 1] - start, corners[plane, 2] - start
         full = np.where(area > 0.0, area, 1.0)
