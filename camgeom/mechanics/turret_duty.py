@@ -71,7 +71,7 @@ PEAKS = 3
 """samples of each quantity, the largest that stand above their neighbours, about which a larger one is looked for"""
 GAIN = 1e-9
 """share of a largest quantity that is not worth another look"""
-COUNT = 72
+COUNT = 360
 """values of stiffness in a turn"""
 WITHIN = 5
 """cam angles averaged into a value: a roller that comes or goes within the step counts for its share of it"""

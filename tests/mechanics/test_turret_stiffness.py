@@ -14,6 +14,7 @@ from camgeom.mechanics.stiffness import Slices
 from camgeom.mechanics.turret_duty import COUNT, TurretDuty
 from camgeom.model import Model
 from camgeom.profile import parse
+from camgeom.report.result import compute
 from camgeom.track.turret import Engagement
 from tests.places import PROFILES
 
@@ -197,3 +198,13 @@ def test_slices_add_up_and_idle_ones_do_not():
 def test_a_contact_wider_than_its_body_is_refused(estimate):
     with pytest.raises(DesignError, match=r"wider than the (roller|body)"):
         slices([100.1]).stiffness(np.array([[1e12]]), estimate)
+
+
+def test_dynamics_do_not_hang_on_where_the_turn_begins():
+    """The stiffness over the cam angle is a table: between its angles rollers come and go."""
+    later = model("tool_changer", **{"until = 110": "until = 102.7", "until = 250": "until = 242.7"})
+    one, other = (compute(each, ("dynamics",)).data["dynamics"] for each in (model("tool_changer"), later))
+    assert other["first_frequency_hz"] == pytest.approx(one["first_frequency_hz"], rel=1e-4)
+    assert other["duty"]["peak_torque_n_m"] == pytest.approx(one["duty"]["peak_torque_n_m"], rel=2e-4)
+    assert other["amplification"] == pytest.approx(one["amplification"], rel=2e-4)
+    assert other["dissipated_power_w"] == pytest.approx(one["dissipated_power_w"], rel=2e-3)
