@@ -5,9 +5,8 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Literal
-
-from camgeom.immutable import immutable
 
 UNSEEN = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069\ufeff]")
 """characters that change what a reader sees without being seen: control characters, escapes of a terminal, marks that
@@ -26,7 +25,7 @@ class CamgeomError(Exception):
     exit_status = 3
 
 
-@immutable(eq=True)
+@dataclass(frozen=True)
 class Problem:
     """One thing wrong with an input: the key (dotted path), the value found, the allowed range and a hint."""
 
@@ -111,7 +110,7 @@ def not_installed(what: str, library: str, extra: str) -> ExportError:
     return ExportError(f"{what} needs {library}, which is not installed: pip install 'camgeom[{extra}]'")
 
 
-@immutable(eq=True)
+@dataclass(frozen=True)
 class Unmade:
     """Why one product could not be made, while the others were.
 
