@@ -34,6 +34,7 @@ class Cam(Section, ABC):
     SLIDES       whether it goes to and fro where others turn, so that the profile states its motion over the `travel`
     STATIONS     whether several followers have room on one track of it
     TRACKS       keys of it that another track on the same body may have of its own; none: it has room for one
+    PLACES       those of them that only say where the track lies: how its follower moves does not hang on them
     ROLLERS      tables of rollers that it has, the first one for all that have no table of their own
     """
 
@@ -42,6 +43,7 @@ class Cam(Section, ABC):
     SLIDES: ClassVar[bool] = False
     STATIONS: ClassVar[bool] = False
     TRACKS: ClassVar[tuple[str, ...]] = ()
+    PLACES: ClassVar[tuple[str, ...]] = ()
     ROLLERS: ClassVar[tuple[str, ...]] = ("roller",)
 
     @property

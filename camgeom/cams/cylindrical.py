@@ -40,6 +40,7 @@ class Cylindrical(Cam):
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("translating", "swinging")
     STATIONS: ClassVar[bool] = True
     TRACKS: ClassVar[tuple[str, ...]] = ("start", "groove_depth", "pitch_radius", "running_clearance", "root_radius")
+    PLACES: ClassVar[tuple[str, ...]] = ("start",)
 
     kind: Literal["cylindrical"]
     form: Literal["groove", "rib"] = Field("groove", description="a groove with one roller in it, or a rib between two")

@@ -166,10 +166,11 @@ class fact(Generic[T]):
     A refusal is kept too, and an error: what the design does not admit, or no memory is enough for, is not tried again.
     """
 
-    def __init__(self, compute: Callable[[Any], T]) -> None:
+    def __init__(self, compute: Callable[[Any], T], asked: str = "") -> None:
         self._compute = compute
         self.__doc__ = compute.__doc__
         self._name = compute.__name__
+        self._asked = asked
 
     def __set_name__(self, owner: type, name: str) -> None:
         self._name = name
@@ -184,7 +185,14 @@ class fact(Generic[T]):
         if instance is None:
             return self
         asked = vars(instance).get(TWIN, instance)
+        if self._asked:
+            asked = getattr(asked, self._asked)
         return once(vars(asked), self._name, asked.ledger, lambda: self._compute(asked))
+
+
+def fact_of(asked: str) -> Callable[[Callable[[Any], T]], fact[T]]:
+    """A fact that an object has in common with another one, which its attribute `asked` names: computed there, once."""
+    return lambda compute: fact(compute, asked)
 
 
 def once(kept: dict[str, Any], name: str, ledger: Ledger, compute: Callable[[], T]) -> T:

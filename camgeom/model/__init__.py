@@ -8,7 +8,7 @@ There are no flags: what nobody asks for is not computed and what only it needs 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from math import degrees, inf, radians
 from pathlib import Path
@@ -20,7 +20,7 @@ import numpy.typing as npt
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
-from camgeom.maths.frozen import TWIN, Ledger, Observer, Sealed, cached_property, fact, frozen
+from camgeom.maths.frozen import TWIN, Ledger, Observer, Sealed, cached_property, fact, fact_of, frozen
 from camgeom.model.body import Body, MassProperties
 from camgeom.profile import Profile, Readable, given
 from camgeom.solid.mechanism import Drive, Mechanism
@@ -158,19 +158,12 @@ class Model(Sealed):
         for state in running_states(self.profile):
             models.append(Model(state.profile, body=self.body, number=self.number, angle=self.angle,
                                 groove=self.groove, state=state))  # fmt: skip
-            vars(models[-1]).update(setup=self.setup, mechanism=self.mechanism)
-            self._liken(models)
+            last = models[-1]
+            vars(last).update(setup=self.setup, mechanism=self.mechanism)
+            twin = next(one for one in models if one._runs_as == last._runs_as)
+            if twin is not last and len(self.bindings) == 1:  # else another follower's state may differ
+                vars(last)[TWIN] = twin
         return tuple(models)
-
-    def _liken(self, models: list[Model]) -> None:
-        """Let the last state ask an earlier one for what it need not find itself: all, where its oil is that one's too
-        and no other follower's state could differ."""
-        last = models[-1]
-        alike = [one for one in models if one._running_as == last._running_as]
-        vars(last)["_alike"] = alike[0]
-        twin = next(one for one in alike if one.profile.oil == last.profile.oil)
-        if twin is not last and len(self.bindings) == 1:
-            vars(last)[TWIN] = twin
 
     @property
     def states(self) -> tuple[Model, ...]:
@@ -178,16 +171,36 @@ class Model(Sealed):
         return self._running if self.profile.duty else (self,)
 
     @fact
+    def _moving(self) -> Model:
+        """The first model, of all followers in all operating states, that moves as this one does under the same load.
+        """
+        return next((one for one in self._kin if one._moves_as == self._moves_as), self)
+
+    @fact
     def _alike(self) -> Model:
-        """The first of the operating states that moves as this one does, at the same speed under the same load."""
-        return next((one for one in self.states if one._running_as == self._running_as), self)
+        """The first one of these that runs in the same oil too."""
+        return next((one for one in self._kin if one._runs_as == self._runs_as), self)
 
     @property
-    def _running_as(self) -> tuple[Any, ...]:
-        operation = self.profile.operation
-        if operation is None:
-            return ()
-        return operation.speed, operation.force, 1.0 if self.state is None else self.state.load_factor
+    def _kin(self) -> Iterator[Model]:
+        """The models of all followers in all operating states."""
+        return (state for one in self.bindings for state in one.states)
+
+    @cached_property
+    def _moves_as(self) -> tuple[Any, ...]:
+        """All that the motion of its follower and the load on it hang on, wherever on the body it stands."""
+        profile, spec = self.profile, self.profile.dynamics_spec
+        if profile.operation is None:
+            return (self.number,)
+        cam = {key: value for key, value in profile.cam if key not in profile.cam.PLACES}
+        below = self.number if spec is not None and spec.body_compliance else 0
+        factor = 1.0 if self.state is None else self.state.load_factor
+        return (profile.operation, factor, below, profile.follower, profile.roller, profile.return_roller,
+                profile.motion, cam, profile.dynamics, profile.impact)  # fmt: skip
+
+    @property
+    def _runs_as(self) -> tuple[Any, ...]:
+        return *self._moves_as, self.profile.oil
 
     @property
     def at_once(self) -> tuple[Model, ...]:
@@ -508,23 +521,19 @@ class Model(Sealed):
             return None
         return turret_duty(self.profile.material, self.mechanism, turret, self.load, ratings_of(self.profile)[0])
 
-    @fact
+    @fact_of("_moving")
     def indexing(self) -> IndexingStudy | None:
         """The elastic indexing drive; None where the profile has no such [dynamics]."""
         from camgeom.model.vibration import indexing_of
 
-        if self._alike is not self:
-            return self._alike.indexing
         spec = self.profile.dynamics_spec
         return indexing_of(self) if spec is not None and spec.kind == "indexing" else None
 
-    @fact
+    @fact_of("_moving")
     def elastic_follower(self) -> FollowerStudy | None:
         """The elastic follower; None where the profile has no such [dynamics]."""
         from camgeom.model.vibration import elastic_follower_of
 
-        if self._alike is not self:
-            return self._alike.elastic_follower
         spec = self.profile.dynamics_spec
         if spec is None or spec.kind != "follower":
             return None
@@ -582,19 +591,29 @@ class Model(Sealed):
 
         return output_of(self, spec)
 
-    @fact
+    @fact_of("_moving")
     def impact(self) -> ImpactRun | None:
         """The follower's motion in its clearance, solved; None where the profile has no [impact]."""
         from camgeom.model.impact import impact_of
 
-        if self._alike is not self:
-            return self._alike.impact
         if self.profile.impact_spec is None:
             return None
-        runs = sum(len({state._running_as for state in one.states}) for one in self.bindings)
-        return impact_of(self.profile, self.mechanism, self.load, runs)
+        return impact_of(self.profile, self.mechanism, self.load, self.impact_most)
 
-    @fact
+    @fact_of("_moving")
+    def impact_most(self) -> int | None:
+        """Steps that this run may take, beside those of other followers and states, which are solved in their order."""
+        from camgeom.model.impact import most_steps, steps_taken
+
+        before = self._runs[: self._runs.index(self)]
+        return most_steps(self.profile, len(self._runs), [steps_taken(one) for one in before])
+
+    @property
+    def _runs(self) -> list[Model]:
+        """The first of those that move alike, of all followers in all operating states, and this one's."""
+        return list({id(one._moving): one._moving for one in (*self._kin, self)}.values())
+
+    @fact_of("_moving")
     def impact_pressure(self) -> Extreme:
         """Largest contact pressure, MPa, of the follower in its clearance over the turns that [impact] counts."""
         from camgeom.model.impact import hardest_impact
@@ -604,15 +623,17 @@ class Model(Sealed):
             raise DesignError("the profile has no [impact]")
         return hardest_impact(run, spec.settle, self.impact_duties)
 
-    @fact
+    @fact_of("_alike")
     def impact_duties(self) -> tuple[tuple[Duty, ...], ...]:
         """The duties of all that presses the cam in every turn that [impact] counts; none without it."""
         from camgeom.model.impact import impact_duties_of
 
         run = self.impact
-        return impact_duties_of(self.profile, self.mechanism, self.load, run) if run is not None else ()
+        if run is None:
+            return ()
+        return impact_duties_of(self.profile, self.mechanism, self.load, run, len(self._runs))
 
-    @fact
+    @fact_of("_alike")
     def impact_lives(self) -> dict[str, float]:
         """Fatigue life, h, of every body under the history of impacts; empty without [impact]."""
         from camgeom.model.impact import impact_lives_of
@@ -625,7 +646,7 @@ class Model(Sealed):
         found = self.impact_sensitivity
         return MEAN if found is None or found.reproducible >= found.turns else HARDEST
 
-    @fact
+    @fact_of("_moving")
     def impact_torque(self) -> Extreme | None:
         """Largest torque of the camshaft, N mm, in the turns that [impact] counts; None without it."""
         run, spec = self.impact, self.profile.impact_spec
@@ -634,38 +655,49 @@ class Model(Sealed):
         peak = run.peak("cam_torque", run.turn_times()[spec.settle][0])
         return Extreme(1e3 * peak.value, peak.angle % TURN)
 
-    @fact
+    @fact_of("_moving")
     def impact_sensitivity(self) -> StartSensitivity | None:
         """What becomes of a small disturbance of that motion; None where the profile has no [impact]."""
         from camgeom.dynamics.impact.study import sensitivity
 
-        if self._alike is not self:
-            return self._alike.impact_sensitivity
         return sensitivity(self.impact) if self.impact is not None else None
 
-    @fact
+    @fact_of("_moving")
+    def impact_row(self) -> StudyRow | None:
+        """Its peaks over the counted turns, and how far they can be trusted; None without [impact]."""
+        from camgeom.dynamics.impact.study import statistics, tighter_change
+
+        run, spec = self.impact, self.profile.impact_spec
+        return statistics(run, spec.settle, "", tighter_change(run)) if run is not None and spec is not None else None
+
+    @fact_of("_moving")
     def impact_clearances(self) -> tuple[StudyRow | Unsolved, ...]:
         """Peaks with every clearance that [impact] studies; empty without."""
         from camgeom.model.impact import clearance_rows
 
         run, spec = self.impact, self.profile.impact_spec
-        return clearance_rows(spec, run) if run is not None and spec is not None and spec.study else ()
+        return clearance_rows(spec, run, self._differing) if run is not None and spec is not None and spec.study else ()
 
-    @fact
+    @fact_of("_moving")
     def impact_law_rows(self) -> tuple[StudyRow | Unsolved, ...]:
         """Peaks with every law that [impact] compares; empty without."""
         from camgeom.model.impact import law_rows
 
         spec = self.profile.impact_spec
-        return law_rows(self.profile) if spec is not None and spec.laws else ()
+        return law_rows(self.profile, self._differing) if spec is not None and spec.laws else ()
 
-    @fact
+    @fact_of("_moving")
     def impact_law_runs(self) -> dict[str, ImpactRun]:
         """The motion in the clearance with every such law, to its first counted turn."""
         from camgeom.model.impact import law_runs
 
         spec = self.profile.impact_spec
         return law_runs(self.profile) if spec is not None and spec.laws else {}
+
+    @property
+    def _differing(self) -> int:
+        """How many followers of the cam do not move as an earlier one does."""
+        return len({id(one.states[0]._moving) for one in self.bindings}) or 1
 
     @fact
     def machining(self) -> Machining:

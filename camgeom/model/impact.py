@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camgeom.errors import NotConverged
+from camgeom.errors import DesignError, NotConverged, ProfileError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme, hardest
 from camgeom.maths.panels import TURN
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from camgeom.dynamics.impact.study import StudyRow, Unsolved
     from camgeom.mechanics.duty import Duty
     from camgeom.mechanics.load import Load
+    from camgeom.model import Model
     from camgeom.motion.program import Program
     from camgeom.profile import Profile
     from camgeom.solid.mechanism import Mechanism
@@ -35,27 +36,75 @@ if TYPE_CHECKING:
 MILLI = 1e-3
 
 
-def impact_of(profile: Profile, mechanism: Mechanism, load: Load, runs: int = 1) -> ImpactRun:
+def impact_of(profile: Profile, mechanism: Mechanism, load: Load, most: int | None = None) -> ImpactRun:
     """The follower's motion with free play between its two contacts, over the turns the profile asks for.
 
-    runs   how many such runs the design asks for, in its operating states and with its followers: each has a share of
-           the steps that two may take, and what an ordinary run needs at least
+    most   steps that it may take (`most_steps`)
 
     Raises ProfileError for what the solver cannot do (`profile.solvers`), DesignError where the flanks are undercut or
-    the motion jumps.
+    the motion jumps, NotConverged where it does not end within these steps.
     """
     from camgeom.dynamics.impact.run import solve
-    from camgeom.dynamics.impact.solver import MOST_OF_A_RUN, ORDINARY
 
     spec = profile.impact_spec
     assert spec is not None
     refuse(profile, mechanism)
-    most = None if runs < 3 else max(2 * MOST_OF_A_RUN // runs, 2 * ORDINARY * spec.turns)
     return solve(impact_problem(profile, mechanism, load), turns=spec.turns, rtol=spec.tolerance, most=most)
 
 
-def impact_duties_of(profile: Profile, mechanism: Mechanism, load: Load, run: ImpactRun) -> tuple[Duties, ...]:
-    """The duties of all that presses the cam, in every counted turn of a run, by the code of the rigid ones."""
+def most_steps(profile: Profile, runs: int, taken: list[int]) -> int | None:
+    """Steps that a run may take, of followers and operating states that differ, beside the steps of those before it.
+
+    All together have a purse, of which none takes more than twice its share, nor what ordinary turns of those after it
+    need; None of a run alone, which has the solver's own bound. Raises NotConverged before the first of them starts
+    where the purse does not hold ordinary turns of all.
+    """
+    from camgeom.dynamics.impact.solver import MOST_OF_ALL, ORDINARY
+    from camgeom.dynamics.impact.spec import A_TURN
+
+    spec = profile.impact_spec
+    if runs == 1 or spec is None:
+        return None
+    turns = MOST_OF_ALL // ORDINARY
+    if runs * spec.turns > turns:
+        fewer = f"at most {turns // spec.turns} of them with these turns"
+        if turns >= 2 * runs:
+            fewer += f", or impact.turns = {turns // runs}"
+        raise NotConverged(
+            f"impacts of {runs} followers and operating states that differ, {spec.turns} turns each, would take about "
+            f"{A_TURN * runs * spec.turns:.3g} s of one core with their lives, more than the {A_TURN * turns:g} s that "
+            f"are spent: {fewer}"
+        )
+    after = (runs - len(taken) - 1) * spec.turns * ORDINARY
+    return min(2 * MOST_OF_ALL // runs, MOST_OF_ALL - sum(taken) - after)
+
+
+def steps_taken(model: Model) -> int:
+    """Steps that a model's run took: all that it might where it did not end."""
+    try:
+        run = model.impact
+    except NotConverged:
+        return model.impact_most or 0
+    except (DesignError, ProfileError):
+        return 0
+    return len(run.recorded.steps) if run is not None else 0
+
+
+MOST_FINITE = 32
+"""contacts of rollers with stated ends over a turn, of all runs of a design"""
+A_FINITE = 1.25
+"""s of one core that one of them takes"""
+
+
+def impact_duties_of(
+    profile: Profile, mechanism: Mechanism, load: Load, run: ImpactRun, runs: int = 1
+) -> tuple[Duties, ...]:
+    """The duties of all that presses the cam, in every counted turn of a run, by the code of the rigid ones.
+
+    runs   how many such runs the design asks for; raises NotConverged where their contacts would take too long
+    """
+    from camgeom.mechanics.roller_duty import RollerDuty
+
     spec = profile.impact_spec
     assert spec is not None
     found = []
@@ -63,6 +112,15 @@ def impact_duties_of(profile: Profile, mechanism: Mechanism, load: Load, run: Im
         where, thrust = run.thrust(turn)
         acting = replace(load, solved=partial(where.at, thrust / MILLI if load.rotating else thrust), solved_on=where)
         found.append(carriers(profile.material, mechanism, acting, ratings_of(profile)))
+    each = sum(isinstance(duty, RollerDuty) and duty.level == "finite" for duties in found for duty in duties)
+    if each * runs > MOST_FINITE:
+        shared = f", {each} of each of {runs} followers and states that differ,"
+        what = f"{each * runs} contacts{shared * (runs > 1)}"
+        raise NotConverged(
+            f"{what} of rollers with stated ends over a turn would take about {A_FINITE * each * runs:.3g} s of one "
+            f"core, more than the {A_FINITE * MOST_FINITE:g} s that are spent on them: at most {MOST_FINITE} of them, "
+            "by fewer impact.turns or more that settle"
+        )
     return tuple(found)
 
 
@@ -151,19 +209,24 @@ def impact_laws(profile: Profile) -> dict[str, ImpactProblem]:
     return found
 
 
-def clearance_rows(spec: ImpactSpec, run: ImpactRun) -> tuple[StudyRow | Unsolved, ...]:
-    """The run's problem with every clearance that [impact] studies. Raises NotConverged where they are too many."""
+def clearance_rows(spec: ImpactSpec, run: ImpactRun, followers: int) -> tuple[StudyRow | Unsolved, ...]:
+    """The run's problem with every clearance that [impact] studies.
+
+    followers: how many of the cam differ, each of which studies its own. Raises NotConverged where they are too many.
+    """
     from camgeom.dynamics.impact.study import clearance_study
 
+    _refuse_long(len(spec.study) * followers, spec)
     return tuple(clearance_study(run.problem, [MILLI * c for c in spec.study], **_counted(spec)))
 
 
-def law_rows(profile: Profile) -> tuple[StudyRow | Unsolved, ...]:
+def law_rows(profile: Profile, followers: int) -> tuple[StudyRow | Unsolved, ...]:
     """Every law that [impact] compares; raises as `impact_of`, and NotConverged where they are too many."""
     from camgeom.dynamics.impact.study import study
 
     spec = profile.impact_spec
     assert spec is not None
+    _refuse_long(len(spec.laws) * followers, spec)
     return tuple(study(impact_laws(profile), **_counted(spec)))
 
 
@@ -180,6 +243,13 @@ def law_runs(profile: Profile) -> dict[str, ImpactRun]:
         with suppress(NotConverged):
             found[law] = solve(problem, turns=spec.settle + 1, rtol=spec.tolerance)
     return found
+
+
+def _refuse_long(runs: int, spec: ImpactSpec) -> None:
+    from camgeom.dynamics.impact.spec import too_long
+
+    if said := too_long(runs, spec.turns):
+        raise NotConverged(said)
 
 
 def _counted(spec: ImpactSpec) -> dict[str, Any]:

@@ -188,20 +188,97 @@ def test_states_that_differ_in_their_oil_alone_are_solved_once_and_like_ones_sha
     assert len({id(getattr(one, fact)) for one in (warm, loaded, quick)}) == 3
 
 
-def test_many_runs_share_their_steps(monkeypatch: pytest.MonkeyPatch) -> None:
-    tables = {"impact": {"clearance": 0.1, "turns": 2, "settle": 1}}
-    two = running({}, {"load_factor": 1.5}, tables=tables)
-    steps = [len(one.impact.recorded.steps) for one in two.states if one.impact is not None]
-    least = min(steps)
-    assert least > 100
+IMPACT = {"clearance": 0.1, "turns": 2, "settle": 1}
+
+
+def test_many_runs_have_one_purse_of_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """None takes more than two shares, nor what ordinary turns of those after it need; what one leaves is another's."""
+    given = [{"load_factor": 1.0 + 0.5 * number} for number in range(4)]
+    free = running(*given, tables={"impact": IMPACT})
+    steps = [len(one.impact.recorded.steps) for one in free.states if one.impact is not None]
+    assert min(steps) > 100
     monkeypatch.setattr(solver, "ORDINARY", 1)
-    monkeypatch.setattr(solver, "MOST_OF_A_RUN", least)
-    for count, enough in ((2, True), (3, False)):
-        data = [{}, {"load_factor": 1.5}, {"speed": 333.0}][:count]
-        model = running(*data, tables=tables)
-        first = model.states[steps.index(least)]
-        if enough:
-            assert first.impact is not None
-        else:
-            with pytest.raises(NotConverged, match=f"^{2 * least // 3 + 1} steps"):
-                _ = first.impact
+
+    def allowed(purse: int) -> list[int | None]:
+        monkeypatch.setattr(solver, "MOST_OF_ALL", purse)
+        model = running(*given, tables={"impact": IMPACT})
+        last = model.states[3].impact  # asked first: the others are solved before it all the same
+        assert last is not None
+        return [one.impact_most for one in model.states]
+
+    ample = sum(steps) + max(steps)
+    assert allowed(ample) == [ample // 2] * 2 + [min(ample // 2, ample - sum(steps[:2]) - 2), ample - sum(steps[:3])]
+    assert allowed(sum(steps))[3] == steps[3]
+    with pytest.raises(NotConverged, match=f"^{steps[3]} steps"):
+        allowed(sum(steps) - 1)
+
+
+@pytest.mark.parametrize(("states", "turns", "refused"), [(50, 2, False), (51, 2, True), (2, 50, False), (2, 51, True)])
+def test_runs_that_would_take_too_long_together_are_refused_before_they_start(
+    states: int, turns: int, refused: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[int] = []
+    monkeypatch.setattr("camgeom.dynamics.impact.run.solve", lambda *_, most, **given: asked.append(most))
+    given = [{"load_factor": 1.0 + 0.01 * number} for number in range(states)]
+    model = running(*given, tables={"impact": IMPACT | {"turns": turns}})
+    if refused:
+        would = f"take about {0.4 * states * turns:.3g} s.*more than the 40 s.*at most {100 // turns} of them"
+        with pytest.raises(NotConverged, match=would):
+            _ = model.states[0].impact
+    else:
+        _ = model.states[0].impact
+        assert asked == [min(200_000 // states, 100_000 - (states - 1) * turns * 1000)]
+
+
+@pytest.mark.parametrize(("turns", "refused"), [(2, False), (3, True)])
+def test_contacts_of_stated_ends_that_would_take_too_long_are_refused_unsolved(
+    turns: int, refused: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("camgeom.model.impact.MOST_FINITE", 2)
+    data = load(starter("cylindrical"), "drum")[0]
+    tables = {"roller": data["roller"] | {"end_radius": 1.0}, "impact": IMPACT | {"turns": turns}}
+    model = running({}, {"load_factor": 1.5}, tables=tables)
+    assert model.states[0].impact is not None
+    if refused:
+        with pytest.raises(NotConverged, match=r"^4 contacts, 2 of each of 2 .* about 5 s .* at most 2 of them"):
+            _ = model.states[0].impact_pressure
+    else:
+        assert len(model.states[0].impact_duties) == turns - 1
+
+
+FOLLOWERS: dict[str, tuple[tuple[dict[str, Any], ...], list[int]]] = {
+    "station": (({"angle": 90.0}, {"angle": 180.0, "load_mass": 1.0}), [0, 0, 2]),
+    "track": (({"cam": {"start": 24.0}, "angle": 37.0}, {"operation": {"friction": 2.0}}, {"angle": 10.0}),
+              [0, 0, 2, 0]),
+}
+
+
+@pytest.mark.parametrize("table", FOLLOWERS)
+def test_followers_that_differ_by_their_place_alone_move_alike_and_are_solved_once(table: str) -> None:
+    """Each counts from its own cam angle: what it does alone is bit by bit what the first one does."""
+    others, solved_by = FOLLOWERS[table]
+    oils = ({"temperature": 80.0}, {"temperature": 20.0}, {"load_factor": 1.5})
+    model = running(*oils, tables={"impact": IMPACT, table: others})
+    for one, by in zip(model.bindings, solved_by, strict=True):
+        for number, state in enumerate(one.states):
+            first = model.bindings[by].states[0 if number < 2 else number]
+            assert state.impact is first.impact
+            assert state.impact_pressure is first.impact_pressure
+            assert state.impact_row is first.impact_row
+            assert state.impact_duties is model.bindings[by].states[number].impact_duties
+        alone = Model(one.profile.model_copy(update={"station": (), "track": ()})).states[2].impact
+        together = one.states[2].impact
+        assert alone is not None
+        assert together is not None
+        assert alone.problem == together.problem
+        assert alone.recorded.state == together.recorded.state
+        assert np.array_equal(alone.trace.force, together.trace.force)
+    assert len({id(one.states[2].impact) for one in model.bindings}) == len(set(solved_by))
+
+
+def test_followers_that_differ_study_their_clearances_within_one_budget() -> None:
+    spec = IMPACT | {"study": tuple(0.05 + 0.001 * number for number in range(30))}
+    others = ({"angle": 90.0}, {"angle": 180.0, "load_mass": 1.0}, {"angle": 200.0, "load_mass": 2.0})
+    model = running({}, tables={"impact": spec, "station": others})
+    with pytest.raises(NotConverged, match="90 runs of 2 turns and a check would take about 54 s"):
+        _ = model.states[0].impact_clearances

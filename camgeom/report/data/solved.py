@@ -86,18 +86,17 @@ MOST_IMPACTS = 100
 
 def impact_data(model: Model) -> dict[str, Any]:
     """What the profile's [impact] table asks for: impacts one by one, statistics over turns, studies."""
-    from camgeom.dynamics.impact.study import statistics, tighter_change
-
     if model.profile.duty:
         state = model.hardest_state
         return {"state": state.state.name if state.state else "", **impact_data(state)}
-    spec, run, rotating = model.profile.impact_spec, model.impact, model.profile.rotating
+    spec, run, rotating, row = model.profile.impact_spec, model.impact, model.profile.rotating, model.impact_row
     assert spec is not None
     assert run is not None
+    assert row is not None
     data: dict[str, Any] = {
         "clearance": run.problem.pair.clearance_text,
         "conversions_deg": [degrees(hit.angle) for hit in run.conversions],
-        "over_turns": statistics(run, spec.settle, "", tighter_change(run)).as_dict(rotating),
+        "over_turns": row.as_dict(rotating),
         f"peak_jerk_{'rad' if rotating else 'm'}_s3": run.jerk[0],
         "friction_work_j": [side.friction for side in run.wear],
         "impacts": [
