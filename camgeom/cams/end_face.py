@@ -3,6 +3,7 @@ moves along the cam axis."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import replace
 from math import atan2, degrees, radians, sqrt
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, final
@@ -19,9 +20,9 @@ from camgeom.keys import Clearance, Gap, Length
 from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
-from camgeom.solid.blank import Blank, Bore, Wall
+from camgeom.solid.blank import Blank, Wall
 from camgeom.solid.mechanism import Carrier, Drive, Drum, Measure, Mechanism
-from camgeom.track import TURN, Arc, Track, cone_slope
+from camgeom.track import TURN, Arc, Meridian, Track, cone_slope
 from camgeom.track.follower import (
     AnyRoller,
     ConeRoller,
@@ -280,25 +281,24 @@ class EndFace(Cam):
         half = 0.5 * (roller.length or 0.0)
         return self.middle - half, self.middle + half
 
-    def measures(self, top: float) -> tuple[Measure, ...]:
-        """The inside of the ring, told at its `top`, mm, and the thickness of the web below it."""
-        inner, outer = self.radii
-        return Measure((top, -inner), (top, inner)), Measure((0.0, outer), (self.web, outer))
-
     def roller_radius(self, roller: AnyRoller, place: float) -> float:
         """Radius of the roller, or of what is left of its cone beside it, at a place along its axis, mm."""
         slope = cone_slope(radians(roller.half_angle), -1.0) if isinstance(roller, ConeRoller) else 0.0
         return 0.5 * roller.diameter + slope * (place - self.middle)
 
 
-@final
 @immutable(kw_only=True)
-class EndFaceMechanism(Mechanism):
-    """A ring with a follower on its end."""
+class Ring(Mechanism):
+    """A ring on its web with a follower, whatever of it the roller runs on."""
 
     follower: TranslatingFollower | SwingingFollower
     roller: AnyRoller
     cam: EndFace
+
+    @property
+    @abstractmethod
+    def top(self) -> float:
+        """Height of the ring's highest place, mm."""
 
     @property
     def contact(self) -> tuple[float, float]:
@@ -308,37 +308,78 @@ class EndFaceMechanism(Mechanism):
     @property
     def quoted_radius(self) -> float:
         """Where the classical figures are quoted, mm."""
-        return self.cam.pitch_radius or self.cam.middle
+        return self.cam.pitch_radius or 0.5 * sum(self.contact)
+
+    def mounted(self, meridian: Meridian, tip: float, height: float, name: str, sides: tuple[float, ...]) -> Track:
+        """The roller's track, its axis at `height` at zero lift, mm."""
+        anchor, joint, shift = mount(self.follower, self.program, height)
+        return Track(
+            meridian=meridian,
+            joint=joint,
+            anchor=anchor,
+            axis=(1.0, 0.0, 0.0),
+            tip=tip,
+            contact=self.contact,
+            program=self.program,
+            sense=self.sense,
+            shift=shift,
+            name=name,
+            sides=sides,
+        )
+
+    @property
+    def aside(self) -> float:
+        """How far the roller's axis stands from the plane through the cam axis, at most, mm."""
+        return beside(self.follower, self.program)
+
+    @property
+    def blank(self) -> Blank:
+        """What holds the ring and its web; here as a full cylinder."""
+        return Blank.cylinder(self.cam.radii[1], self.top, self.bore)
+
+    @property
+    def measures(self) -> tuple[Measure, ...]:
+        """The inside of the ring, told at its highest place, and the thickness of the web."""
+        inner, outer = self.cam.radii
+        return Measure((self.top, -inner), (self.top, inner)), Measure((0.0, outer), (self.cam.web, outer))
+
+    @property
+    def bored(self) -> tuple[float, float]:
+        """Through the web."""
+        return 0.0, self.cam.web
+
+    @property
+    def envelope(self) -> tuple[float, float]:
+        """Of the ring with its web."""
+        return self.cam.diameter, self.top
+
+    @property
+    def web_walls(self) -> list[Wall]:
+        """The web, and what of it is left about its bore."""
+        ledge = [] if self.bore is None else [
+            Wall("web, bore to ring", self.cam.radii[0] - self.bore.reach, None, "a smaller cam.bore")
+        ]
+        return [*ledge, Wall("web", self.cam.web, None, "a thicker cam.web")]
+
+
+@final
+@immutable(kw_only=True)
+class EndFaceMechanism(Ring):
+    """A ring with a follower on its end."""
 
     @cached_property
     def tracks(self) -> tuple[Track, ...]:
         """The roller on the ring."""
-        low, high = self.contact
         # u x v points towards smaller z where the cam turns counter-clockwise: what is below a roller is on that side.
-        centre = self.cam.stand + 0.5 * self.roller.diameter
-        anchor, joint, shift = mount(self.follower, self.program, centre)
-        return (
-            Track(
-                meridian=self.roller.meridian(self.cam.middle, -1.0),
-                joint=joint,
-                anchor=anchor,
-                axis=(1.0, 0.0, 0.0),
-                tip=low,
-                contact=(low, high),
-                program=self.program,
-                sense=self.sense,
-                shift=shift,
-                name="end face",
-                sides=(self.sense,),
-            ),
-        )
+        centre, meridian = self.cam.stand + 0.5 * self.roller.diameter, self.roller.meridian(self.cam.middle, -1.0)
+        return (self.mounted(meridian, self.contact[0], centre, "end face", (self.sense,)),)
 
     @cached_property
     def cutters(self) -> tuple[Track, ...]:
         """The track with a tool that reaches through the ring, whose whole face it cuts."""
         (track,) = map(self.cutting, self.tracks)
         inner = self.cam.radii[0]
-        aside = beside(self.follower, self.program) + self.cam.roller_radius(self.roller, inner)
+        aside = self.aside + self.cam.roller_radius(self.roller, inner)
         tip = DEEPER * sqrt(inner * inner - aside * aside)
         return (replace(track, tip=tip, contact=(track.contact[0], self.cam.radii[1])),)
 
@@ -356,13 +397,8 @@ class EndFaceMechanism(Mechanism):
         (track,) = self.cutters
         return (EndFaceRing("cam", track, self.blank, *self.cam.radii, self.cam.web),)
 
-    @property
-    def blank(self) -> Blank:
-        """What the end face is cut from: a ring as high as the face gets, on its web; here as a full cylinder."""
-        return Blank.cylinder(self.cam.radii[1], self._top, self.bore)
-
     @cached_property
-    def _top(self) -> float:
+    def top(self) -> float:
         """Height of the highest place of the end face, mm."""
         return float(max(edge[2].max() for edge in self._edges))
 
@@ -376,21 +412,6 @@ class EndFaceMechanism(Mechanism):
             column.wall(side, column.reach(side, cylinder_level(radius), radius))[:, :, 0] for radius in self.cam.radii
         )
         return inner, outer
-
-    @property
-    def measures(self) -> tuple[Measure, ...]:
-        """The inside of the ring at its highest place, and the web."""
-        return self.cam.measures(self._top)
-
-    @property
-    def bored(self) -> tuple[float, float]:
-        """Through the web."""
-        return 0.0, self.cam.web
-
-    @property
-    def envelope(self) -> tuple[float, float]:
-        """Of the ring with its web."""
-        return self.cam.diameter, self._top
 
     @property
     def drum(self) -> Drum:
@@ -428,7 +449,7 @@ class EndFaceMechanism(Mechanism):
         edge = self._edges[0]
         low = int(np.argmin(edge[2]))
         angle = float(-self.sense * np.arctan2(edge[1, low], edge[0, low]) % TURN)
-        *ledge, web = web_walls(self.cam, self.bore)
+        *ledge, web = self.web_walls
         return (
             *ledge,
             Wall("ring, inside to outside", outer - inner, None, "a smaller cam.inner_diameter or a larger diameter"),
@@ -439,22 +460,8 @@ class EndFaceMechanism(Mechanism):
 
 @final
 @immutable(kw_only=True)
-class BellMechanism(Mechanism):
+class BellMechanism(Ring):
     """A ring with a follower in a groove of its inside."""
-
-    follower: TranslatingFollower | SwingingFollower
-    roller: AnyRoller
-    cam: EndFace
-
-    @property
-    def contact(self) -> tuple[float, float]:
-        """See `EndFace.contact`."""
-        return self.cam.contact(self.roller)
-
-    @property
-    def quoted_radius(self) -> float:
-        """Where the classical figures are quoted, mm."""
-        return self.cam.pitch_radius or 0.5 * sum(self.contact)
 
     @property
     def classical(self) -> bool:
@@ -464,38 +471,21 @@ class BellMechanism(Mechanism):
     @cached_property
     def tracks(self) -> tuple[Track, ...]:
         """The roller in its groove, with its free end outside."""
-        low, high = self.contact
-        anchor, joint, shift = mount(self.follower, self.program, self.cam.stand)
-        return (
-            Track(
-                meridian=self.roller.meridian(0.5 * (low + high), 1.0),
-                joint=joint,
-                anchor=anchor,
-                axis=(1.0, 0.0, 0.0),
-                tip=high,
-                contact=(low, high),
-                program=self.program,
-                sense=self.sense,
-                shift=shift,
-            ),
-        )
-
-    @property
-    def _aside(self) -> float:
-        return beside(self.follower, self.program)
+        meridian = self.roller.meridian(0.5 * sum(self.contact), 1.0)
+        return (self.mounted(meridian, self.contact[1], self.cam.stand, "groove", (1.0, -1.0)),)
 
     @property
     def _mouth(self) -> tuple[float, float]:
         """From the place along the tool at which the wall can begin at most, beside its axis, to the contact's end."""
         inner, high = self.cam.radii[0], self.contact[1]
-        edge = self._aside + self.cam.tool_radius(self.roller, inner)
+        edge = self.aside + self.cam.tool_radius(self.roller, inner)
         return DEEPER * sqrt(max(0.0, inner * inner - edge * edge)), high
 
     @cached_property
     def cutters(self) -> tuple[Track, ...]:
         """The track with the tool that cuts: larger by the running clearance, as far as its flat end has room."""
         (track,), cam = map(self.cutting, self.tracks), self.cam
-        return (replace(track.grown(cam.running_clearance), tip=cam.tip(self.roller, self._aside),
+        return (replace(track.grown(cam.running_clearance), tip=cam.tip(self.roller, self.aside),
                         contact=self._mouth),)  # fmt: skip
 
     @property
@@ -517,24 +507,9 @@ class BellMechanism(Mechanism):
         return (self._ring,)
 
     @property
-    def blank(self) -> Blank:
-        """What holds the ring and its web; here as a full cylinder."""
-        return Blank.cylinder(self.cam.radii[1], self.width, self.bore)
-
-    @property
-    def measures(self) -> tuple[Measure, ...]:
-        """The inside of the ring at its upper end, and the web."""
-        return self.cam.measures(self.width)
-
-    @property
-    def bored(self) -> tuple[float, float]:
-        """Through the web."""
-        return 0.0, self.cam.web
-
-    @property
-    def envelope(self) -> tuple[float, float]:
-        """Of the ring with its web."""
-        return self.cam.diameter, self.width
+    def top(self) -> float:
+        """The ring's upper end."""
+        return self.width
 
     @property
     def drum(self) -> Drum:
@@ -560,7 +535,7 @@ class BellMechanism(Mechanism):
     @property
     def floor_gap(self) -> float:
         """From the roller's end to that of the tool, whose edge just reaches the floor, mm."""
-        return self.cam.tip(self.roller, self._aside) - self.contact[1]
+        return self.cam.tip(self.roller, self.aside) - self.contact[1]
 
     @property
     def carrier(self) -> Carrier:
@@ -573,12 +548,5 @@ class BellMechanism(Mechanism):
         """Behind the groove's floor, from the groove to the web and the upper end, between its passes, and the web."""
         from camgeom.solid.bell import bell_walls
 
-        return (*web_walls(self.cam, self.bore), *bell_walls(self._ring))
+        return (*self.web_walls, *bell_walls(self._ring))
 
-
-def web_walls(cam: EndFace, bore: Bore | None) -> list[Wall]:
-    """The web, and what of it is left about its bore."""
-    ledge = [] if bore is None else [
-        Wall("web, bore to ring", cam.radii[0] - bore.reach, None, "a smaller cam.bore")
-    ]
-    return [*ledge, Wall("web", cam.web, None, "a thicker cam.web")]
