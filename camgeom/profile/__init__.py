@@ -10,7 +10,7 @@ import sys
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Protocol, final, runtime_checkable
+from typing import TYPE_CHECKING, Annotated, Any, Protocol, cast, final, runtime_checkable
 
 import numpy as np
 from pydantic import Field, PrivateAttr, SerializeAsAny, model_validator
@@ -169,38 +169,22 @@ class Profile(Section):
     @property
     def dynamics_spec(self) -> DynamicsSpec | None:
         """The [dynamics] section with its own type."""
-        if self.dynamics is None:
-            return None
-        from camgeom.dynamics.spec import DynamicsSpec
-
-        return self.dynamics if isinstance(self.dynamics, DynamicsSpec) else None
+        return cast("DynamicsSpec | None", self.dynamics)
 
     @property
     def impact_spec(self) -> ImpactSpec | None:
         """The [impact] section with its own type."""
-        if self.impact is None:
-            return None
-        from camgeom.dynamics.impact.spec import ImpactSpec
-
-        return self.impact if isinstance(self.impact, ImpactSpec) else None
+        return cast("ImpactSpec | None", self.impact)
 
     @property
     def cutter_spec(self) -> CutterSpec | None:
         """The [cutter] section with its own type."""
-        if self.cutter is None:
-            return None
-        from camgeom.machining.spec import CutterSpec
-
-        return self.cutter if isinstance(self.cutter, CutterSpec) else None
+        return cast("CutterSpec | None", self.cutter)
 
     @property
     def operating_states(self) -> tuple[OperatingState, ...]:
         """The [[duty]] tables with their own type."""
-        if not self.duty:
-            return ()
-        from camgeom.profile.duty import OperatingState
-
-        return tuple(state for state in self.duty if isinstance(state, OperatingState))
+        return cast("tuple[OperatingState, ...]", self.duty)
 
     @property
     def rollers(self) -> dict[str, AnyRoller]:
@@ -211,29 +195,17 @@ class Profile(Section):
     @property
     def tracks(self) -> tuple[OwnTrack, ...]:
         """The [[track]] tables with their own type."""
-        if not self.track:
-            return ()
-        from camgeom.profile.own_track import OwnTrack
-
-        return tuple(track for track in self.track if isinstance(track, OwnTrack))
+        return cast("tuple[OwnTrack, ...]", self.track)
 
     @property
     def oil(self) -> Lubricant | None:
         """The [lubricant] section with its own type."""
-        if self.lubricant is None:
-            return None
-        from camgeom.mechanics.lubricant import Lubricant
-
-        return self.lubricant if isinstance(self.lubricant, Lubricant) else None
+        return cast("Lubricant | None", self.lubricant)
 
     @property
     def output_shaft_spec(self) -> OutputShaft | None:
         """The [output_shaft] section with its own type."""
-        if self.output_shaft is None:
-            return None
-        from camgeom.mechanics.output_shaft import OutputShaft
-
-        return self.output_shaft if isinstance(self.output_shaft, OutputShaft) else None
+        return cast("OutputShaft | None", self.output_shaft)
 
     @property
     def fastest(self) -> float | None:
@@ -246,20 +218,12 @@ class Profile(Section):
     @property
     def tolerance_spec(self) -> ToleranceSpec | None:
         """The [tolerance] section with its own type."""
-        if self.tolerance is None:
-            return None
-        from camgeom.tolerance.spec import ToleranceSpec
-
-        return self.tolerance if isinstance(self.tolerance, ToleranceSpec) else None
+        return cast("ToleranceSpec | None", self.tolerance)
 
     @property
     def stations(self) -> tuple[Station, ...]:
         """The [[station]] tables with their own type."""
-        if not self.station:
-            return ()
-        from camgeom.profile.station import Station
-
-        return tuple(station for station in self.station if isinstance(station, Station))
+        return cast("tuple[Station, ...]", self.station)
 
     @property
     def stated(self) -> dict[str, Any]:
