@@ -76,15 +76,12 @@ def _flag(key: str) -> str:
 def _smallest(arguments: argparse.Namespace) -> Design:
     """The smallest cam for the profile given, or for the kind's starter."""
     from camgeom.cams import starter
-    from camgeom.design import end_face
     from camgeom.design.planar import design
     from camgeom.reading import decode, read_bytes
 
     limits = {key: _number(arguments, key) for key in ("pressure_angle", "convex_radius", "contact_pressure")}
     source: str | None = arguments.profile
     text = starter(arguments.kind) if source is None else decode(read_bytes(Path(source), MOST_BYTES, source), source)
-    if arguments.kind == "end-face":
-        return end_face.design(text, source or "", limits)
     return design(text, source or "", arguments.kind, limits, arguments.best_offset)
 
 

@@ -1,4 +1,4 @@
-"""Design helpers of planar cams: the smallest cam for given limits, tool paths, balance of the disc.
+"""The smallest cam for given limits, of planar and of end-face cams; best offset and balance of a disc.
 
 Smallest radii with a closed form are exact maxima over the motion; the others are roots of the worst margin over the
 turn, whose extremes are refined, so that they are good to rounding as well.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from math import atan2, ceil, degrees, hypot, inf, pi, radians, sqrt, tan
 from typing import final
 
@@ -15,6 +16,7 @@ import numpy as np
 
 from camgeom.cams.conjugate import Conjugate
 from camgeom.cams.disc import Disc
+from camgeom.cams.end_face import EndFace
 from camgeom.checks import findings, judge, light_checks
 from camgeom.design import Choice, Design
 from camgeom.errors import DesignError, Problem, ProfileError
@@ -37,6 +39,8 @@ from camgeom.track.outline import (
 
 PER_TURN = 720
 SCANNED, EVENLY = 33, 97
+RINGS, LARGEST = 25, 1000.0
+"""middle radii of a ring that are tried first, and the largest of them, mm"""
 UNBUILDABLE = -1e6
 """below every share by which a limit can fail"""
 
@@ -94,6 +98,15 @@ def smallest_base_radius(profile: Profile, wanted: PlanarLimits, low: float = 1.
         centre = (cam.center_distance if isinstance(cam, Disc | Conjugate) else None) or high
         radii = distinct(np.concatenate([radii, np.linspace(low, min(high, 2.0 * centre), EVENLY)]))
     return smallest_radius(lambda radius: margins(profile, radius, wanted), radii)
+
+
+def smallest_ring(profile: Profile, cam: EndFace, wanted: PlanarLimits) -> float:
+    """Smallest middle radius, mm, of an end-face cam's ring that keeps the limits, as `smallest_base_radius`."""
+    if cam.pitch_radius is not None:
+        raise ProfileError([Problem("cam.pitch_radius", "is given, and the ring is sought", cam.pitch_radius, "",
+                                    "leave it out: the middle of the contact")], profile.source)  # fmt: skip
+    radii = np.geomspace(0.25 * (cam.diameter - cam.inner_diameter) + 1.0, LARGEST, RINGS)
+    return smallest_radius(lambda middle: ring_margins(profile, middle, wanted), radii, "middle radius of the ring")
 
 
 def smallest_radius(margins_of: Callable[[float], dict[str, float]], radii: Floats, name: str = "base radius") -> float:
@@ -163,6 +176,34 @@ def margins(profile: Profile, radius: float, wanted: PlanarLimits) -> dict[str, 
     if wanted.contact_pressure_mpa is not None and all(m > 0.0 for k, m in found.items() if k.startswith("convex")):
         found["contact pressure"] = 1.0 - largest_pressure(model) / wanted.contact_pressure_mpa
     return found
+
+
+def ring_margins(profile: Profile, radius: float, wanted: PlanarLimits) -> dict[str, float]:
+    """The same of an end-face cam by its middle radius, mm."""
+    cam = _ring(profile, radius)
+    model = Model(profile.model_copy(update={"cam": cam}))
+    if cam.problems(model.setup):
+        return {"what can be built": UNBUILDABLE}
+    try:
+        found = {"undercut": min(survey.margin.value for survey in model.flanks) - profile.limits.undercut_margin}
+        least = profile.limits.min_wall_mm
+        found |= {f"wall, {wall.name},": (wall.thickness - least) / radius for wall in model.walls}
+        if wanted.pressure_angle_deg is not None and model.pressure_angle is not None:
+            found["pressure angle"] = 1.0 - degrees(model.pressure_angle.value) / wanted.pressure_angle_deg
+        if wanted.contact_pressure_mpa is not None and found["undercut"] > 0.0:
+            found["contact pressure"] = 1.0 - largest_pressure(model) / wanted.contact_pressure_mpa
+    except DesignError:
+        # The roller dives into a ring so small, or presses it out of all theory.
+        return {"what can be built": UNBUILDABLE}
+    return found
+
+
+def _ring(profile: Profile, radius: float) -> EndFace:
+    """The cam with a ring of a middle radius, mm, as wide as before."""
+    cam = profile.cam
+    assert isinstance(cam, EndFace)
+    width = 0.5 * (cam.diameter - cam.inner_diameter)
+    return cam.model_copy(update={"diameter": 2.0 * radius + width, "inner_diameter": 2.0 * radius - width})
 
 
 def largest_pressure(model: Model) -> float:
@@ -242,11 +283,12 @@ STEP = 0.01
 
 
 def design(text: str, source: str, kind: str, limits: Mapping[str, float | None], best: bool) -> Design:
-    """The profile in the text with the smallest base radius, and with `best` the best offset too, that keep the limits.
+    """The profile in the text as small as keeps the limits, and with `best` at the best offset too.
 
-    `limits` are pressure_angle (deg), convex_radius (mm) and contact_pressure (MPa), None for what the profile says.
-    Raises ProfileError where the profile is of another kind or a limit asks too much of it, DesignError where no radius
-    keeps the limits.
+    Small is the base radius, of an end-face cam the middle radius of its ring, which stays as wide as it is. `limits`
+    are pressure_angle (deg), convex_radius (mm) and contact_pressure (MPa), None for what the profile says. Raises
+    ProfileError where the profile is of another kind or a limit asks too much of it, DesignError where no radius keeps
+    the limits.
     """
     profile = parse(text, source)
     if profile.kind != kind:
@@ -258,17 +300,26 @@ def design(text: str, source: str, kind: str, limits: Mapping[str, float | None]
         text = with_key(text, "follower", "offset", offset / unit_of(profile))
         profile = parse(text, source)
         choices.append(Choice("follower.offset", offset, "gives the smallest prime radius for the pressure angle"))
-    radius = ceil(smallest_base_radius(profile, wanted) / STEP) * STEP
-    kept = margins(profile, radius, wanted)
+    if isinstance(profile.cam, EndFace):
+        wanted = replace(wanted, convex_radius_mm=None)
+        radius = ceil(smallest_ring(profile, profile.cam, wanted) / STEP) * STEP
+        kept, ring = ring_margins(profile, radius, wanted), _ring(profile, radius)
+        sizes = {"diameter": ring.diameter, "inner_diameter": ring.inner_diameter}
+    else:
+        radius = ceil(smallest_base_radius(profile, wanted) / STEP) * STEP
+        kept, sizes = margins(profile, radius, wanted), {"base_radius": radius}
     tight = min(kept, key=lambda name: kept[name]) if kept else ""
     asked = [
         f"pressure angle {wanted.pressure_angle_deg:g} deg" if wanted.pressure_angle_deg is not None else "",
-        f"convex radius {wanted.convex_radius_mm:g} mm",
+        f"convex radius {wanted.convex_radius_mm:g} mm" if wanted.convex_radius_mm is not None else "",
         f"contact pressure {wanted.contact_pressure_mpa:g} MPa" if wanted.contact_pressure_mpa is not None else "",
     ]
-    why = f"the smallest for {', '.join(filter(None, asked))}; {tight} decides" if tight else "nothing limits it"
-    choices.append(Choice("cam.base_radius", round(radius, 6), why))
-    text = asking(with_key(text, "cam", "base_radius", round(radius, 6) / unit_of(profile)), limits)
+    told = ", ".join(filter(None, asked)) or "what can be built"
+    why = f"the smallest for {told}; {tight} decides" if tight else "nothing limits it"
+    for (key, size), reason in zip(sizes.items(), (why, "the ring is as wide as before")):
+        choices.append(Choice(f"cam.{key}", round(size, 6), reason))
+        text = with_key(text, "cam", key, round(size, 6) / unit_of(profile))
+    text = asking(text, limits)
     return Design(text, tuple(choices), findings(Model(parse(text, source)), light_checks()))
 
 
