@@ -17,8 +17,7 @@ from camgeom.maths import Floats
 from camgeom.maths.splines import Basis, clamped
 from camgeom.motion.law import Ends, Parameter, ParamValue, law
 from camgeom.motion.laws_basic import CUBIC, QUINTIC, SEPTIC
-from camgeom.motion.measured import check_rise, fit, read_rows
-from camgeom.motion.spline import end_control, to_pieces
+from camgeom.motion.measured import check_rise, end_control, fit, read_rows, to_pieces
 from camgeom.motion.table import Piece
 
 HERMITE = "two-point Hermite interpolation, C. de Boor, A Practical Guide to Splines, Springer 2001, ch. I"

@@ -8,12 +8,12 @@ import pytest
 import camgeom
 from camgeom.drawing.content import Series
 from camgeom.model import Model
-from camgeom.report.sections.forces import along
+from camgeom.report.sections.load import force_parts
 from tests.places import PROFILES
 
 
 def parts(model: Model) -> dict[str, Series]:
-    (chart,) = along(model)
+    (chart,) = force_parts(model)
     return {series.name: series for series in chart.panels[0].series}
 
 
@@ -43,4 +43,4 @@ def test_the_pin_takes_its_force_while_it_goes_in() -> None:
 
 def test_without_a_load_there_is_none() -> None:
     text = (PROFILES / "pin_insertion.toml").read_text(encoding="utf-8")
-    assert along(camgeom.read(text[: text.index("[operation]")])) == ()
+    assert force_parts(camgeom.read(text[: text.index("[operation]")])) == ()

@@ -26,7 +26,6 @@ from camgeom.drawing.sheet import number
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
 from camgeom.report.data.load import output_data
-from camgeom.report.sections.forces import along
 from camgeom.report.sections.motion import extremes, mark, over_turn, pressure_limit, zones
 
 if TYPE_CHECKING:
@@ -86,12 +85,12 @@ def contact(model: Model) -> tuple[Block, ...]:
         name = state.state.name if state.state else ""
         return Text((f"Of the operating state {name!r}, in which the contact is pressed hardest.",)), *contact(state)
     if model.turret_duty is not None:
-        return (*turret_contact(model, model.turret_duty), *along(model), *output(model))
+        return (*turret_contact(model, model.turret_duty), *force_parts(model), *output(model))
     if model.drive is not None:
-        return (*touch_contact(model, model.drive), *along(model))
+        return (*touch_contact(model, model.drive), *force_parts(model))
     if not model.duties:
         return ()
-    return (*track_contact(model), *along(model))
+    return (*track_contact(model), *force_parts(model))
 
 
 OUTPUT = (
@@ -522,3 +521,36 @@ def supports(duty: TurretDuty) -> Text:
     return Text((text + ": replace these by your own.",))
 
 
+NOTHING = 1e-12
+"""share of the largest part below which a part is none"""
+
+
+def force_parts(model: Model) -> tuple[Chart, ...]:
+    """The parts of the force (N) or torque (N m) that the follower needs, and their sum; none without a load."""
+    bearing = model.drive or model.carrier
+    if bearing is None:
+        return ()
+    force, demand, rotating = bearing.force, model.load.demand, model.profile.rotating
+    panels, jet = force.panels, (force.lift, force.ds, force.dds)
+    applied = sum((demand.of(one, panels.theta, jet) for one in demand.applied), np.zeros(force.lift.shape))
+    parts: dict[str, Floats] = {
+        "inertia": force.inertia,
+        "friction": demand.friction * force.direction,
+        "spring and weight": demand.preload + demand.weight + demand.rate * force.lift,
+        "applied": applied,
+        "sum": force.force,
+    }
+    whole = {name: np.broadcast_to(values, force.lift.shape) for name, values in parts.items()}
+    largest = max(float(np.abs(values).max()) for values in whole.values())
+    if largest == 0.0:
+        return ()
+    factor, axis = (1e-3, Axis("Torque", "N m", zero=True)) if rotating else (1.0, Axis("Force", "N", zero=True))
+    lines = []
+    for name, values in whole.items():
+        if float(np.abs(values).max()) > NOTHING * largest:
+            x, y = over_turn(panels, factor * values)
+            lines.append(Series(name, x, y))
+    panel = Panel(axis, tuple(lines), marks=extremes(panels, force.force, factor), height=1.4)
+    what = "torque about its axis" if rotating else "force along its motion"
+    return (Chart(f"What the follower needs: {what}, part by part", CAM_ANGLE, (panel,),
+                  zones(model.setup.program)),)  # fmt: skip
