@@ -6,7 +6,7 @@ Units N, mm, MPa, rad; arrays on the panels (p, n) of `force`.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import final
+from typing import TypeVar, final
 
 import numpy as np
 import numpy.typing as npt
@@ -27,12 +27,13 @@ from camgeom.track.runout import Within, touching, wall_ends
 SLICES = 9
 """equal shares of the length that touches"""
 Mask = npt.NDArray[np.bool_]
+Kind = TypeVar("Kind", bound=np.generic)
 
 
 @final
 @immutable
 class StationWalls:
-    """The flank on panels (p, n) at one station: relative curvature of both walls, lever and path rolled.
+    """The flank on panels (p, n) at one station, or at several, a leading axis (m,): curvature, lever and path rolled.
 
     behind, ahead  relative curvature, 1/mm; `ahead` is zero where the cam has no such wall
     lever          velocity of the contact point along the normal per unit of the coordinate (1 or mm/rad), > 0, of
@@ -130,30 +131,32 @@ class Pressing:
         return Flank(self.track, self.force.panels.theta.ravel(), t, side, given_pose=self._poses[side])
 
     def walls(self, t: Floats) -> StationWalls:
-        """The flank at one meridian parameter, t (1,), or one for each cam angle, (p n, 1)."""
+        """The flank at meridian parameters t (m,), or (p n, m) for each cam angle."""
         shape = self.force.panels.theta.shape
+
+        def laid(values: npt.NDArray[Kind]) -> npt.NDArray[Kind]:
+            return values.reshape(shape) if t.shape[-1] == 1 else values.T.reshape(-1, *shape)
+
         flanks = {side: self._flank(t, side) for side in self.track.sides}
         behind = next((s for s, f in flanks.items() if f.behind), None)
         ahead = next((s for s in flanks if s != behind), None)
         some = next(iter(flanks.values()))
-        zero = np.zeros(shape)
-        rolled = {side: flank.rolled.reshape(shape) for side, flank in flanks.items()}
-        here = {side: self._here(flank).reshape(shape) for side, flank in flanks.items()}
-        curvature = {
+        rolled = {side: laid(flank.rolled) for side, flank in flanks.items()}
+        here = {side: laid(self._here(flank)) for side, flank in flanks.items()}
+        curvature = {side: laid(flank.k_rel) for side, flank in flanks.items()}
+        if self.beside is not None:
             # A fold in free air is nobody's stress: a plane stands for it.
-            side: flank.k_rel.reshape(shape) if self.beside is None else
-            np.where(here[side] | (flank.k_rel.reshape(shape) > 0.0), flank.k_rel.reshape(shape), 1.0 / self.radius)
-            for side, flank in flanks.items()
-        }
-        none = np.zeros(shape, dtype=bool)
+            curvature = {side: np.where(here[side] | (k > 0.0), k, 1.0 / self.radius) for side, k in curvature.items()}
+        zero = np.zeros_like(next(iter(rolled.values())))
+        none = np.zeros(zero.shape, dtype=bool)
         # A cone whose arm carries it aside touches its walls at two places that are no mirror images of each other.
         one, other = (flanks[side] if side is not None else some for side in (behind, ahead))
         pressed = self.force.force >= 0.0
         return StationWalls(
             curvature[behind] if behind is not None else zero,
             curvature[ahead] if ahead is not None else zero,
-            np.where(pressed, *(np.abs(flank.lever()).reshape(shape) for flank in (one, other))),
-            np.where(pressed, *(np.cos(flank.pressure_angle()).reshape(shape) for flank in (one, other))),
+            np.where(pressed, *(laid(np.abs(flank.lever())) for flank in (one, other))),
+            np.where(pressed, *(laid(np.cos(flank.pressure_angle())) for flank in (one, other))),
             (
                 rolled[behind] if behind is not None else zero,
                 rolled[ahead] if ahead is not None else zero,

@@ -271,8 +271,8 @@ class RollerDuty(Duty):
         if self.crowned is not None:
             return self.crowned.contact(self.slice_places - self.crowned.crest)
         walls, press, force = self._slices, self.pressing, self.pressing.pushed
-        behind, ahead = (np.stack([getattr(w, k) for w in walls], axis=-1) for k in ("behind", "ahead"))
-        lever = np.stack([w.lever for w in walls], axis=-1)
+        behind, ahead, lever = (np.ascontiguousarray(np.moveaxis(one, 0, -1))
+                                for one in (walls.behind, walls.ahead, walls.lever))  # fmt: skip
         k = np.where(force[..., None] >= 0.0, behind, ahead)
         bare = (press.touching <= 0.0)[..., None]
         if np.any(bare & (force != 0.0)[..., None]):
@@ -387,17 +387,15 @@ class RollerDuty(Duty):
         return low, high
 
     @cached_property
-    def _slices(self) -> list[StationWalls]:
+    def _slices(self) -> StationWalls:
         """The walls at the middle of every slice."""
-        if self.beside is None:
-            return [self.pressing.walls(t[None]) for t in self.track.meridian.parameters(self.pressing.middles)]
-        stations = self.track.meridian.parameters(self.slice_places.reshape(SLICES, -1, 1))
-        return [self.pressing.walls(t) for t in stations]
+        places = self.pressing.middles if self.beside is None else self.slice_places.reshape(SLICES, -1).T
+        return self.pressing.walls(self.track.meridian.parameters(places))
 
     @cached_property
     def _curvatures(self) -> Floats:
         """Relative curvature of the wall that every slice presses, 1/mm, (m, p, n)."""
-        return np.stack([np.where(self.pressing.pushed >= 0.0, wall.behind, wall.ahead) for wall in self._slices])
+        return np.where(self.pressing.pushed >= 0.0, self._slices.behind, self._slices.ahead)
 
     @cached_property
     def peak_contact(self) -> Beneath | None:
