@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 import numpy.typing as npt
@@ -126,27 +127,40 @@ def linearised(places: Floats, stress: Floats) -> tuple[Floats, Floats]:
     return force / total, 6.0 * moment / total**2
 
 
-@final
 @immutable
-class FaceBending:
-    """The ring of an end-face cam on its web; see `Bending`."""
+class Cornered(ABC):
+    """A wall that stands in a sharp corner, whose stress no mesh finds; see `Bending`.
 
-    section: EndFaceSection
+    sharp, remedy  why there is no peak, and what makes its stress smaller
+    """
+
+    sharp: ClassVar[str]
+    remedy: ClassVar[str]
+    section: EndFaceSection | RibSection
 
     @property
     def walled(self) -> Walled:
-        """The ring."""
+        """The wall."""
         return self.section
 
-    @property
-    def sharp(self) -> str:
-        """Why there is no peak."""
-        return "the ring of an end-face cam stands on its web in a sharp corner, whose stress no mesh finds"
+    @abstractmethod
+    def nominal(self, ring: RingMesh, moved: Floats, patch: LoadPatch, material: Floats) -> Floats:
+        """Membrane and bending of the stress out of the corner, on the side that is pulled more."""
 
-    @property
-    def remedy(self) -> str:
-        """What makes its stress smaller."""
-        return "a thicker ring, or a lower one"
+    def peaks(self, patch: LoadPatch, material: Material) -> tuple[StressPeak, ...]:
+        """None."""
+        del patch, material
+        return ()
+
+
+@final
+@immutable
+class FaceBending(Cornered):
+    """The ring of an end-face cam on its web; see `Bending`."""
+
+    section: EndFaceSection
+    sharp = "the ring of an end-face cam stands on its web in a sharp corner, whose stress no mesh finds"
+    remedy = "a thicker ring, or a lower one"
 
     def nominal(self, ring: RingMesh, moved: Floats, patch: LoadPatch, material: Floats) -> Floats:
         """Membrane and bending of the axial stress above the web, on the side that is pulled more."""
@@ -158,33 +172,15 @@ class FaceBending:
                                        np.array([stress[..., 2] for stress, _ in found]))  # fmt: skip
         return np.asarray(np.maximum(membrane + np.abs(bending), 0.0))
 
-    def peaks(self, patch: LoadPatch, material: Material) -> tuple[StressPeak, ...]:
-        """None."""
-        del patch, material
-        return ()
-
 
 @final
 @immutable
-class RibBending:
+class RibBending(Cornered):
     """A drum's rib on its foot; see `Bending`."""
 
     section: RibSection
-
-    @property
-    def walled(self) -> Walled:
-        """The rib."""
-        return self.section
-
-    @property
-    def sharp(self) -> str:
-        """Why there is no peak."""
-        return "a rib stands on its drum in a sharp corner, whose stress no mesh finds"
-
-    @property
-    def remedy(self) -> str:
-        """What makes its stress smaller."""
-        return "a thicker rib (`cam.rib_thickness`), a lower one, or a gentler motion, which leaves more of it"
+    sharp = "a rib stands on its drum in a sharp corner, whose stress no mesh finds"
+    remedy = "a thicker rib (`cam.rib_thickness`), a lower one, or a gentler motion, which leaves more of it"
 
     def nominal(self, ring: RingMesh, moved: Floats, patch: LoadPatch, material: Floats) -> Floats:
         """Membrane and bending of the radial stress at the foot, on the side that is pulled more: from Gauss points
@@ -206,11 +202,6 @@ class RibBending:
             across.append(np.einsum("npi,npij,npj->np", out, tensors(stress), out))
             places.append(x[..., 2])
         return np.array(linearised(np.array(places), np.array(across)))
-
-    def peaks(self, patch: LoadPatch, material: Material) -> tuple[StressPeak, ...]:
-        """None."""
-        del patch, material
-        return ()
 
 
 def bending_of(part: Part, cutters: tuple[Track, ...], several: Sequence[tuple[Track, ...]] = (), track: int = 0
