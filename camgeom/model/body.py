@@ -11,15 +11,17 @@ from camgeom.errors import DesignError, NotConverged
 from camgeom.immutable import immutable
 from camgeom.maths.frozen import Ledger, Sealed, fact, frozen
 from camgeom.profile import Profile
-from camgeom.solid import UNION
+from camgeom.solid import UNION, Part, Solid
 
 if TYPE_CHECKING:
     from camgeom.model import Model
-    from camgeom.solid import Part, Solid
     from camgeom.solid.blank import Wall
     from camgeom.solid.mechanism import Mechanism
 
-
+COARSE = 1e-3
+"""share of a body's size: chord error of the mesh on which crossings are looked for first"""
+MARGIN = 2.0
+"""chord errors by which two surfaces of one mesh may run into each other without crossing"""
 FEWEST = "output.fewest_triangles"
 WEIGHED = 1e-5
 """share of a turret's radius: chord error of the meshes that it is weighed by, which loses 3e-5 of its inertia"""
@@ -117,8 +119,6 @@ class Body(Sealed):
 
     def _made(self, part: Part) -> Solid:
         """A body that does not cross itself; as a regular grid where the fewest triangles cannot be made unasked."""
-        from camgeom.solid.overlap import refuse_overlap
-
         if self._few:
             from camgeom.solid.fewest import fewest
             from camgeom.solid.lands import NotOneSurface
@@ -185,3 +185,38 @@ class Body(Sealed):
             across = away - away @ axis * axis
             moment += alike * float(axis @ np.array(inertia) @ axis + mass * MILLI**2 * (across @ across))
         return moment
+
+
+def refuse_overlap(part: Part, solid: Solid) -> None:
+    """Raise DesignError where a finished body crosses itself by more than its chord errors.
+
+    A closed mesh may hold some regions twice or turned inside out, and is then no body: grooves or ribs that overlap,
+    or passes of one groove, make such meshes, each triangle right by itself. The outlines of a prism, or a coarse mesh
+    of any other body, tell it in a part of the time; where they do, the body's own mesh has the last word.
+    """
+    from camgeom.maths.crossing import crossings, outline, outlines_cross
+
+    if not solid.mesh.watertight:
+        return
+    edges = outline(solid.mesh)
+    coarse = COARSE * float(np.ptp(solid.mesh.vertices, axis=0).max())
+    if edges is not None:
+        if not outlines_cross(solid.mesh, edges, MARGIN * solid.largest_error):
+            return
+    elif coarse > 2.0 * solid.largest_error:
+        try:
+            rough = part.rough(coarse)
+        except (DesignError, NotConverged):
+            rough = solid
+        if not len(crossings(rough.mesh, MARGIN * rough.largest_error)):
+            return
+    pairs = crossings(solid.mesh, MARGIN * solid.largest_error)
+    if not len(pairs):
+        return
+    x, y, z = solid.mesh.vertices[solid.mesh.faces[pairs[0]]].mean(axis=(0, 1))
+    radius, azimuth = np.hypot(x, y), np.degrees(np.arctan2(y, x)) % 360.0
+    raise DesignError(
+        f"the surface of {solid.name!r} crosses itself ({len(pairs)} pairs of faces, as at radius {radius:.4g} mm, "
+        f"azimuth {azimuth:.4g} deg, z = {z:.4g} mm): grooves or ribs overlap, so it bounds no body; see wall and "
+        "rib-thickness"
+    )

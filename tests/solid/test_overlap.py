@@ -12,11 +12,11 @@ from camgeom.errors import DesignError
 from camgeom.maths.crossing import crossings, outline, outlines_cross
 from camgeom.maths.mesh import Mesh
 from camgeom.model import Model, read
+from camgeom.model.body import refuse_overlap
 from camgeom.profile import from_data
 from camgeom.profile.text import load
 from camgeom.solid import Solid
 from camgeom.solid.blank import Blank
-from camgeom.solid.overlap import refuse_overlap
 from tests.places import PROFILES
 
 
