@@ -104,12 +104,9 @@ def least_distances(track: Track, points: Floats) -> Floats:
         near = np.flatnonzero(window.near(points))
         if not len(near):
             continue
-        x = np.ascontiguousarray(points[near].T)
         count = max(SAMPLES, int(np.ceil(2.0 * whole.half * _lipschitz(track) / radius)))
         step = whole.half / (count // 2 - 0.5)
-        middle = np.rint((whole.angles(points[near]) + TURN * turn) / step).astype(np.int64)
-        index = middle[:, None] + np.arange(-(count // 2), count // 2 + 1)
-        value = _at_steps(track, x[:, :, None], index, step)
+        x, index, value = _samples(track, whole, turn, points[near], count, step)
         best = value.min(axis=1)
         # A point may lie in the way of several passes: each local minimum is followed.
         edge = np.full((len(near), 1), np.inf)
@@ -230,6 +227,17 @@ def roller_distance(track: Track, x: Floats, phi: Floats) -> Floats:
     pose = track.pose(phi.ravel(), 0)
     shape = (3, *phi.shape)
     return _distance(track, x, pose.a[0].reshape(shape), pose.u[0].reshape(shape))
+
+
+def _samples(track: Track, window: _Window, turn: int, points: Floats, count: int, step: float
+             ) -> tuple[Floats, npt.NDArray[np.int64], Floats]:  # fmt: skip
+    """Points (v, 3) as (3, v), the whole steps (v, k) about their passage in a turn, and their distances there, mm.
+
+    Samples stand on whole steps, so that few poses serve all points; half a step more covers the window from there.
+    """
+    x, middle = np.ascontiguousarray(points.T), np.rint((window.angles(points) + TURN * turn) / step).astype(np.int64)
+    index = middle[:, None] + np.arange(-(count // 2), count // 2 + 1)
+    return x, index, _at_steps(track, x[:, :, None], index, step)
 
 
 def _at_steps(track: Track, x: Floats, index: npt.NDArray[np.int64], step: float) -> Floats:
@@ -355,14 +363,9 @@ class _Window:
 def _search(track: Track, x: Floats, extra: Floats, window: _Window, turn: int) -> Clearance:
     """Best of coarse samples in each point's window, refined: on the roller's side by the stationary distance to its
     axis, elsewhere (ends, rims) by narrowing brackets where the point can still undercut the best."""
-    # Samples stand on whole steps, so that few poses serve all points; half a step more covers the window from there.
-    beside = SAMPLES // 2
-    step = window.half / (beside - 0.5)
-    speed = _lipschitz(track)
-    xt = np.ascontiguousarray(x.T)
-    middle = np.rint((window.angles(x) + TURN * turn) / step).astype(np.int64)
-    index = middle[:, None] + np.arange(-beside, beside + 1)
-    value = _at_steps(track, xt[:, :, None], index, step) + extra[:, None]
+    step, speed = window.half / (SAMPLES // 2 - 0.5), _lipschitz(track)
+    xt, index, value = _samples(track, window, turn, x, SAMPLES, step)
+    value += extra[:, None]
     rows = np.arange(len(x))
     best = np.argmin(value, axis=1)
     centre, coarse = step * index[rows, best], value[rows, best]
@@ -573,12 +576,8 @@ def _nearest_pass(track: Track, window: _Window, turn: int, x: Floats) -> tuple[
 
 def _passing(track: Track, window: _Window, turn: int, x: Floats, samples: int) -> tuple[Floats, Floats]:
     """Where in a turn the roller is nearest to points (v, 3): cam angles, rad, and signed distances, mm, (v,) each."""
-    beside = samples // 2
-    step = window.half / (beside - 0.5)
-    xt = np.ascontiguousarray(x.T)
-    middle = np.rint((window.angles(x) + TURN * turn) / step).astype(np.int64)
-    index = middle[:, None] + np.arange(-beside, beside + 1)
-    value = _at_steps(track, xt[:, :, None], index, step)
+    step = window.half / (samples // 2 - 0.5)
+    xt, index, value = _samples(track, window, turn, x, samples, step)
     rows, best = np.arange(len(x)), np.argmin(value, axis=1)
     centre, coarse = step * index[rows, best], value[rows, best]
     refined, _ = _stationary(track, xt, centre, step)
