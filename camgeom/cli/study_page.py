@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, final
 import numpy as np
 
 from camgeom.checks.verdict import life_shown
-from camgeom.design.bulk import JUDGED, limit_of
+from camgeom.design.batch.judged import JUDGED, limit_of
 from camgeom.design.study import Axis as Varied
 from camgeom.design.study import Row, Study
 from camgeom.drawing.content import (

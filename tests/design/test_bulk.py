@@ -11,7 +11,8 @@ import pytest
 
 from camgeom.cli import main
 from camgeom.design.batch import LEVELS
-from camgeom.design.bulk import Bulk, limit_of
+from camgeom.design.batch.judged import limit_of
+from camgeom.design.bulk import Bulk
 from camgeom.design.sampling import DRAWN, Plan, sample, tie
 from camgeom.design.study import axis, replaced
 from camgeom.errors import ProfileError

@@ -13,12 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Protocol, cast, final
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
-from camgeom.immutable import immutable
+from camgeom.design.batch.judged import judged
+from camgeom.design.batch.variants import Batch, refused_keys, value_of
 from camgeom.maths import Floats
 
 if TYPE_CHECKING:
@@ -37,27 +37,6 @@ KERNELS = {
 
 KEPT = 30_000_000
 """bytes"""
-
-
-@final
-@immutable
-class Batch:
-    """What n variants came to.
-
-    figures  by the names of a study's columns, (n,) each; infinite where there is no end (an unloaded contact lives
-             for ever) or no such place (a profile that is nowhere hollow), never NaN
-    reason   (n,) 0 where the variant exists, else a place in `reasons`: its figures are 0 and mean nothing
-    reasons  the exact model's own words: "key: what is wrong with it", or the name of the check that it fails
-    """
-
-    figures: dict[str, Floats]
-    reason: NDArray[np.int16]
-    reasons: tuple[str, ...]
-
-    @property
-    def words(self) -> list[str]:
-        """The reason of every variant in words, empty where it exists."""
-        return [self.reasons[code] for code in self.reason]
 
 
 class Kernel(Protocol):
@@ -85,8 +64,6 @@ def _kernel(profile: Profile) -> Kernel | None:
 
 def supports(profile: Profile, varied: Sequence[str]) -> str | None:
     """None where the batch carries this profile with these keys varied; else, in words, why the exact model must."""
-    from camgeom.design.batch.variants import refused_keys
-
     found = _kernel(profile)
     if found is None:
         return f"the batch has no kernel for kind = {profile.kind!r}"
@@ -113,9 +90,6 @@ class _Asked(dict[str, Floats]):
 def _unread(kernel: Kernel, profile: Profile, varied: Sequence[str]) -> str | None:
     """A varied key that neither a figure nor a check of the batch reads, so that all its rows would be equal: the
     profile's own values are computed once, by each key alone."""
-    from camgeom.design.batch.variants import value_of
-    from camgeom.design.bulk import judged
-
     for key in varied:
         value = value_of(profile, key)
         columns = _Asked({key: np.array([1.0 if value is None else float(value)])})

@@ -10,16 +10,17 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import combinations
 from math import pi
-from typing import final
+from typing import Self, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camgeom.cams.cylindrical import Cylindrical
 from camgeom.design.batch.legs import FINE
-from camgeom.design.batch.motion import Ints, Motion, Points
-from camgeom.design.batch.variants import Variants, demand_of
+from camgeom.design.batch.motion import ROUNDS, Ints, Motion, Points, nearer, vertex
+from camgeom.design.batch.variants import Mask, Variants, demand_of
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
@@ -38,6 +39,14 @@ NONE = 1e-9
 """share of a roller that counts as nothing"""
 BESIDE = np.arange(-128, 129, 2)[:, None]
 """fine steps beside the place where least of a roller touches, over which it is asked whether any does"""
+ASIDE = FINE // 16
+"""fine steps on either side of the place that is hardest if all slices are alike flexible, over which the hardest is
+sought first"""
+SHARED = 0.05
+"""share of itself by which the square of a pressure may be off if all slices are alike flexible"""
+TRIALS = ROUNDS + 2
+MOST = 6
+"""places in which the hardest contact is looked for, at most"""
 CANNOT = "cannot be built"
 
 
@@ -100,6 +109,10 @@ class Axial(ABC):
         """Whether two rollers embrace a rib."""
         # Without a wall at the pitch radius the contact is quoted in the middle of what has one.
         self.quoted = np.where((self.low <= self.pitch) & (self.pitch <= self.radius), self.pitch, self.middle)
+
+    def of(self, rows: Ints) -> Self:
+        """Those of these variants, each as often as it is named."""
+        return type(self)(self.variants.of(rows), self.motion.of(rows))
 
     def refuse(self) -> None:
         """Give what `Cylindrical.problems` has against a variant, in its order."""
@@ -224,7 +237,8 @@ class Axial(ABC):
     def over(self, what: Callable[[Floats, Points], Floats], places: Floats, values: Floats) -> Floats:
         """Largest of a quantity over the turn and over places along the roller (k, n), (n,); values: at the samples."""
         found = []
-        for top in self.motion.tops(values):
+        piece, step, _ = self.motion.tops(values)
+        for top in zip(piece, step):
             near = self.motion.around(*top)
             height = np.stack([what(place, near)[1] for place in places])
             best = np.broadcast_to(places, height.shape)[height.argmax(axis=0), np.arange(self.motion.size)]
@@ -378,7 +392,7 @@ class Axial(ABC):
 
     def _hard(self, way: float) -> Hard:
         """The hardest contact of the roller that pushes the follower up, 1, down, -1, or either way, 0."""
-        on, size, force = self.motion, self.variants.size, self.sampled_force
+        on, force = self.motion, self.sampled_force
 
         def square(points: Points) -> Floats:
             force = self.force(points)
@@ -387,36 +401,46 @@ class Axial(ABC):
         quoted = on.largest(square, _only(way, force, self.square(on.samples, way, force)))
         few = self.slices(on.samples, way, force, self.tried)
         lost = self._lost(way, few.touching)
-        places = on.tops(_only(way, force, few.square.max(axis=0)))
-
-        def whole(points: Points) -> Slices:
-            force = self.force(points)
-            found = self.slices(points, way, force)
-            return Slices(_only(way, force, found.square), found.curvature, found.touching)
-
-        def hardest(piece: Ints) -> tuple[Floats, Floats, Floats]:
-            """Square of the pressure, curvature and length that touches, of a piece: how the load is shared may move
-            the hardest place along it."""
-            near = whole(on.piece(piece))
-
-            def highest(points: Points) -> Floats:
-                nonlocal near
-                near = whole(points)
-                return np.asarray(near.square.max(axis=0))
-
-            _, value, at = on.laid(highest, piece, on.step_in(near.square.max(axis=0)))
-            which = near.square[:, 1].argmax(axis=0), slice(None), np.arange(size)
-            k, touching = (one[1] + 0.5 * at * (one[2] - one[0]) for one in (near.curvature[which].T, near.touching))
-            return value, k, touching
-
-        # Both halves of a move are alike unless guides rub.
-        (value, k, touching), *others = (hardest(piece) for piece, _ in places[: None if self.guided else 1])
-        for other in others:
-            harder = other[0] > value
-            value, k, touching = (np.where(harder, *each) for each in zip(other, (value, k, touching)))
-        slices = np.where(lost, np.inf, np.sqrt(value))
+        # How the load is shared moves the hardest place along its piece, and either end may be the harder one.
+        piece, step, tried = on.tops(_only(way, force, few.square), MOST, SHARED)
+        value, k, touching = self._sought(way, piece, step, tried)
+        slices = np.where(lost, np.inf, np.sqrt(np.maximum(value, 0.0)))
         k, touching = np.where(lost, 1.0 / self.roller, k), np.where(lost, 0.0, touching)
         return Hard(np.sqrt(np.maximum(quoted, 0.0)), slices, k, touching)
+
+    def _sought(self, way: float, piece: Ints, step: Ints, tried: Mask) -> tuple[Floats, Floats, Floats]:
+        """Square of the largest pressure about places (k, n) that are tried, MPa², relative curvature, 1/mm, and the
+        length that touches there, mm, (n,) each."""
+        for i, j in combinations(range(len(tried)), 2):
+            # Both ends of a roller are as hard at about the same place.
+            tried[j] &= ~(tried[i] & (piece[i] == piece[j]) & (np.abs(step[i] - step[j]) <= ASIDE))
+        _, variant = np.nonzero(tried)
+        found = np.full((3, len(variant)), -np.inf)
+        rows, part, reach = np.arange(len(variant)), self.of(variant), np.full(len(variant), ASIDE)
+        piece, step = piece[tried], np.clip(step[tried], ASIDE, FINE - ASIDE)
+        for _ in range(TRIALS):
+            points = part.motion.at(piece, step + reach * np.array([[-1], [0], [1]]))
+            force = part.force(points)
+            near = part.slices(points, way, force)
+            values = _only(way, force, near.square.max(axis=0))
+            at, value = vertex(*values)
+            which = near.square[:, 1].argmax(axis=0), slice(None), np.arange(len(rows))
+            found[:, rows] = value, *(one[1] + 0.5 * at * (one[2] - one[0])
+                                      for one in (near.curvature[which].T, near.touching))  # fmt: skip
+            more, moved, closer = nearer(values, at, step, reach)
+            # Twice what a parabola can stand above its samples: others that cannot be harder stay as they are.
+            doubt, sure = 0.25 * np.abs(values[0] - 2.0 * values[1] + values[2]), np.full(self.motion.size, -np.inf)
+            np.maximum.at(sure, variant, value - doubt)
+            left = np.flatnonzero(more & ((value + doubt >= sure[variant]) | (np.abs(at) >= 1.0)))
+            if not left.size:
+                break
+            rows, variant, piece, step, reach, part = (
+                rows[left], variant[left], piece[left], moved[left], closer[left], part.of(left)
+            )
+        every = np.full((3, *tried.shape), -np.inf)
+        every[:, tried] = found
+        value, k, touching = every[:, every[0].argmax(axis=0), np.arange(self.motion.size)]
+        return value, k, touching
 
     def _lost(self, way: float, touching: Floats) -> NDArray[np.bool_]:
         """Whether the roller is pressed where it has no wall at all, so that its pressure has no bound.
@@ -433,7 +457,7 @@ class Axial(ABC):
         if np.all(touching > SPARE * self.length):
             return np.zeros(self.variants.size, dtype=bool)
         # Where the force changes walls the reach jumps, so that no parabola finds the least of it.
-        piece, step = on.peak(least(on.samples, self.sampled_force))
+        piece, step = (each[0] for each in on.tops(least(on.samples, self.sampled_force))[:2])
         return np.asarray((least(on.at(piece, np.clip(step + BESIDE, 0, FINE))) > 0.0).any(axis=0))
 
     @property

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camgeom.cams.cylindrical import Cylindrical
-from camgeom.design.batch import Batch
 from camgeom.design.batch.axial import Axial
 from camgeom.design.batch.legs import motion_reason
 from camgeom.design.batch.motion import motion_figures, motion_of
 from camgeom.design.batch.slid import Slid
 from camgeom.design.batch.swung import Swung
-from camgeom.design.batch.variants import Variants
+from camgeom.design.batch.variants import Batch, Variants
 from camgeom.maths import Floats
 from camgeom.mechanics.hertz import SHEAR_DEPTH, SHEAR_SHARE, TOO_WIDE
 from camgeom.track.follower import CylinderRoller
@@ -24,7 +23,7 @@ from camgeom.track.follower import CylinderRoller
 if TYPE_CHECKING:
     from camgeom.profile import Profile
 
-CHUNK = 1024
+CHUNK = 2048
 
 GEOMETRY = (
     "blank.diameter_mm",

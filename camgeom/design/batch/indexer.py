@@ -335,13 +335,24 @@ class Indexer(Driven):
             # No three neighbours differ by more than the whole piece.
             window, variant = np.nonzero((most + (most - v.min(axis=1)) > best) & (most > -np.inf))
             some = v[window, :, variant]
-            at = np.clip(some.argmax(axis=1), 1, PER - 2) + np.array([[-1], [0], [1]])
-            values = some[np.arange(len(some)), at]
-            hoped = np.flatnonzero(_hope(values, SPIKE * _steepest(some.T)) > best[variant])
-            window = window[hoped]
+            steep, at = SPIKE * _steepest(some.T), np.clip(some.argmax(axis=1), 1, PER - 2)
+            begin, stop, _ = self.walls[quantity.cut][side]
+            low, high, _ = self.cut if quantity.cut else self.touched
+            # At the roller's own end it has a bend, where its end runs in or out.
+            end = (stop if far else begin)[:whole].reshape(-1, PER, self.motion.size)[window, :, variant]
+            inside = end < high[variant, None] if far else end > low[variant, None]
+            row, kink = np.nonzero(inside[:, 1:] ^ inside[:, :-1])
+            kink = np.clip(kink, 1, PER - 2)
+            other = kink != at[row]
+            rows, at = np.concatenate([np.arange(len(at)), row[other]]), np.concatenate([at, kink[other]])
+            three = at + np.array([[-1], [0], [1]])
+            values, bent = some[rows, three], inside[rows, three]
+            bent = bent.any(axis=0) & ~bent.all(axis=0)
+            hoped = np.flatnonzero(_hope(values, steep[rows], bent) > best[variant[rows]])
+            window, variant, at = window[rows[hoped]], variant[rows[hoped]], three[:, hoped]
             sides, fars = np.full(len(window), side), np.full(len(window), far)
-            parts.append(Windows(variant[hoped], on.piece[window], on.offsets[on.roller[window]], sides, fars,
-                                 at[:, hoped] * float(STEP), values[:, hoped]))  # fmt: skip
+            parts.append(Windows(variant, on.piece[window], on.offsets[on.roller[window]], sides, fars,
+                                 at * float(STEP), values[:, hoped]))  # fmt: skip
         return best, Windows.joined(parts)
 
     def _refined(self, quantities: Sequence[Quantity], best: Floats, parts: Sequence[Windows]) -> None:
@@ -519,11 +530,11 @@ def _steepest(values: Floats) -> Floats:
     return np.asarray(np.where(np.isfinite(steps), steps, 0.0).max(axis=0))
 
 
-def _hope(values: Floats, steep: Floats) -> Floats:
+def _hope(values: Floats, steep: Floats, bent: Mask | bool = False) -> Floats:
     """How large a quantity may be between three values (3, ...) of it, -inf where there is no wall: as far above the
-    largest as they differ, eight times what a parabola has; where a wall ends by its steepest step thereabouts, and of
-    one value alone nobody knows."""
+    largest as they differ, eight times what a parabola has; where a wall ends, or is `bent`, by its steepest step
+    thereabouts, and of one value alone nobody knows."""
     walled = np.isfinite(values)
     there, most = walled.sum(axis=0), values.max(axis=0)
-    rise = np.where(there == 3, most - values.min(axis=0), np.where(there == 2, steep, np.inf))
+    rise = np.where((there == 3) & ~np.asarray(bent), most - values.min(axis=0), np.where(there >= 2, steep, np.inf))
     return np.where(there > 0, most + rise, -np.inf)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camgeom.design.batch.legs import BESIDE, FINE, Leg, fixed_legs, joined, program_of, shape_of
-from camgeom.design.batch.variants import Variants
+from camgeom.design.batch.variants import Mask, Variants
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
@@ -32,6 +32,8 @@ TOPS = 3
 """pieces in which the largest of a quantity is computed again"""
 STEEP = 1e-3
 ROUNDS = 4
+MIRRORED, BENT = 1e-11, 1e-6
+"""shares by which the largest samples of two pieces and their second differences differ where one mirrors the other"""
 
 
 @final
@@ -58,7 +60,7 @@ class Points:
         return Points(*(one.reshape(-1).take(places if one.shape[1] == size else places // size) for one in each))
 
 
-FIXED = "rows", "order", "moving", "_table", "_places", "_one_leg"
+FIXED = "rows", "order", "moving", "_table", "_places"
 """what of a motion hangs on no variant"""
 Row = tuple[int, float, float]
 """A piece: the leg it is of, and its ends in the leg's own travel."""
@@ -160,54 +162,53 @@ class Motion:
         middle = values.shape[1] // 2
         return np.concatenate([moving, values[self.moving :, middle]]) if self.moving < len(values) else moving
 
-    def peak(self, values: Floats, beside: Ints | None = None) -> tuple[Ints, Ints]:
-        """Where the largest of samples (P, n) lies: piece (n,) and fine step (n,), by parabolas through the best
-        sample of every piece and its neighbours; of pieces other than `beside`, (n,) or (k, n)."""
-        values = np.broadcast_to(values, (self.moving * SAMPLES + len(self.rows) - self.moving, self.size))
-        v = values[: self.moving * SAMPLES].reshape(self.moving, SAMPLES, self.size)
-        top = np.clip(v.argmax(axis=1), 1, SAMPLES - 2)
-        at, best = vertex(*(np.take_along_axis(v, top[:, None] + k, axis=1)[:, 0] for k in (-1, 0, 1)))
-        place = top + at
-        # Beside an end a peak may stand higher above its samples than the largest sample is.
-        for middle in (1, SAMPLES - 2):
-            at, height = vertex(*(v[:, middle + k] for k in (-1, 0, 1)))
-            place, best = np.where(height > best, middle + at, place), np.maximum(height, best)
-        rest = values[self.moving * SAMPLES :]
-        height, one = np.concatenate([best, rest]), np.arange(self.size)
-        if beside is not None:
-            height[beside, one] = -np.inf
-        piece = height.argmax(axis=0)
-        place = np.concatenate([place * (FINE // (SAMPLES - 1)), np.full(rest.shape, 0.5 * FINE)])[piece, one]
-        return piece, np.clip(np.rint(place).astype(np.intp), REACH, FINE - REACH)
+    def tops(self, values: Floats, count: int = TOPS, off: float = 0.0) -> tuple[Ints, Ints, Mask]:
+        """Where samples, (P, n) or (m, P, n) of m quantities, are largest: pieces and fine steps, (k, n), of the best
+        and of others, `count` in all at most, and whether they may hold more than the best. Samples do not tell which
+        of two that are nearly alike is larger, and both halves of a move may be alike.
+
+        off  share of themselves by which the values may be off
+        """
+        whole, one = self.moving * SAMPLES, np.arange(self.size)
+        every = whole + len(self.rows) - self.moving
+        values = np.broadcast_to(values, (*values.shape[:-2], every, self.size)).reshape(-1, every, self.size)
+        samples = values[:, :whole].reshape(-1, SAMPLES, self.size).swapaxes(0, 1).reshape(SAMPLES, -1)
+        # A piece that rests has one value.
+        rests = values[:, whole:].reshape(-1, self.size)
+        beside: tuple[Floats | Ints, ...] = (np.full(rests.shape, FINE // 2), rests, np.zeros(rests.shape))
+        step, height, doubt = (
+            np.concatenate([each.reshape(-1, self.size), rest]) for each, rest in zip(_highest(samples), beside)
+        )
+        numbers = np.tile(np.arange(len(self.rows)), (len(values), 1))
+        number = np.concatenate([part.reshape(-1) for part in np.split(numbers, [self.moving], axis=1)])
+        doubt += off * np.abs(height)
+        sure, most = (height - doubt).max(axis=0), height + doubt
+        first = top_row(height)
+        found, open_ = [first], [np.ones(self.size, dtype=bool)]
+        # Of halves that mirror each other one is enough.
+        like, bent = height[first, one], doubt[first, one]
+        most[(np.abs(height - like) <= MIRRORED * np.abs(like)) & (np.abs(doubt - bent) <= BENT * bent)] = -np.inf
+        for _ in range(min(count, len(number)) - 1):
+            most[found[-1], one] = -np.inf
+            best = top_row(most)
+            higher = most[best, one] > sure
+            if not higher.any():
+                break
+            found.append(best)
+            open_.append(higher)
+        places = np.stack(found)
+        return number[places], step[places, one], np.stack(open_)
 
     def around(self, piece: Ints, step: Ints) -> Points:
         """The motion at three fine steps about places, (3, n)."""
         return self.at(piece, step + np.array([[-REACH], [0], [REACH]]))
 
-    def piece(self, piece: Ints) -> Points:
-        """The motion at the samples of one piece of every variant, (SAMPLES, n)."""
-        return self.at(piece, np.arange(0, FINE + 1, FINE // (SAMPLES - 1))[:, None])
-
-    @staticmethod
-    def step_in(values: Floats) -> Ints:
-        """The fine step (n,) of the largest of samples (SAMPLES, n) of a piece, by a parabola."""
-        one = np.arange(values.shape[1])
-        top = np.clip(values.argmax(axis=0), 1, SAMPLES - 2)
-        place = top + vertex(*(values[top + k, one] for k in (-1, 0, 1)))[0]
-        step = np.rint(place * (FINE // (SAMPLES - 1))).astype(np.intp)
-        return np.asarray(np.clip(step, REACH, FINE - REACH), dtype=np.intp)
-
     @cached_property
-    def _places(self) -> tuple[Floats, Floats, Floats]:
-        """Of every piece: beginning and length in its leg's own travel, and the sign of the leg's shape, (K,) each."""
-        low, high = (np.array([row[k] for row in self.rows]) for k in (1, 2))
-        return low, high - low, np.sign(self._table[1, :, FINE // 2])
-
-    @cached_property
-    def _one_leg(self) -> int | None:
-        """The leg of which all pieces that move are, if they are."""
-        legs = {k for k, _, _ in self.rows[: self.moving]}
-        return legs.pop() if len(legs) == 1 else None
+    def _places(self) -> tuple[Floats, Floats, Floats, Ints]:
+        """Of every piece: beginning and length in its leg's own travel, the sign of the leg's shape, and the leg, (K,)
+        each."""
+        legs, low, high = (np.array(one) for one in zip(*self.rows))
+        return low, high - low, np.sign(self._table[1, :, FINE // 2]), legs
 
     def at(self, piece: Ints, j: Ints | Floats) -> Points:
         """The motion at fine steps, or between them, (k, n) of pieces (n,) or (k, n)."""
@@ -219,27 +220,32 @@ class Motion:
             # The error of a chord is that of the step's square, 1e-7 of the piece's bend.
             flat += i < FINE
             f = [value + share * (one.take(flat) - value) for one, value in zip(tables, f)]
-        low, span, sign = self._places
+        low, span, sign, leg = self._places
         place = low.take(piece) + span.take(piece) * np.clip(j / FINE, BESIDE, 1.0 - BESIDE)
-        if self._one_leg is not None and piece.max(initial=0) < self.moving:
-            leg = self.legs[self._one_leg]
-            start, before, lift, width = leg.start, leg.before, leg.lift, leg.width
-        else:
-            start, before, lift, width = (one[piece, np.arange(self.size)] for one in self._of_legs)
-        side = np.sign(lift) * sign.take(piece)
-        rate = lift / width
-        return Points(
-            start + width * place, before + lift * f[0], rate * f[1], (rate / width) * f[2],
-            np.broadcast_to(side, np.broadcast_shapes(side.shape, f[0].shape)),
-        )  # fmt: skip
+        leg = leg.take(piece)
+        several = leg * self.size + np.arange(self.size)
+        start, before, lift, width, rate, bend, way = (
+            one.reshape(-1).take(leg if one.shape[1] == 1 else several) for one in self._of_legs
+        )
+        side = way * sign.take(piece)
+        return Points(start + width * place, before + lift * f[0], rate * f[1], bend * f[2],
+                      np.broadcast_to(side, np.broadcast_shapes(side.shape, f[0].shape)))  # fmt: skip
 
     @cached_property
     def _of_legs(self) -> tuple[Floats, ...]:
-        """Of every piece's leg: start, lift before, lift, width, (K, n)."""
-        legs = [self.legs[k] for k, _, _ in self.rows]
-        each = ([leg.start for leg in legs], [leg.before for leg in legs], [leg.lift for leg in legs],
-                [leg.width for leg in legs])  # fmt: skip
-        return tuple(np.stack([np.broadcast_to(one, (self.size,)) for one in some]) for some in each)
+        """Of every leg: start, lift before, lift, width, lift by width and by its square, and the lift's sign, (L, n or
+        1) each."""
+
+        def of(name: str) -> Floats:
+            values = [getattr(leg, name) for leg in self.legs]
+            found = np.empty((len(values), max(map(len, values))))
+            for row, one in zip(found, values):
+                row[:] = one
+            return found
+
+        start, before, lift, width = map(of, ("start", "before", "lift", "width"))
+        rate = lift / width
+        return start, before, lift, width, rate, rate / width, np.sign(lift)
 
     def whenever(self, theta: Floats) -> Points:
         """The motion at cam angles (k, n), rad, of any turn."""
@@ -268,44 +274,26 @@ class Motion:
             j[rows] = np.interp(share[rows], (f - f[0]) / (f[-1] - f[0]), np.arange(FINE + 1.0))
         return self.at(piece, j)
 
-    def tops(self, values: Floats) -> list[tuple[Ints, Ints]]:
-        """Where samples (P, n) are largest, as by `peak`: in the best pieces, the best first. Samples do not tell which
-        of two that are nearly alike is larger, and both halves of a move may be alike."""
-        found = [self.peak(values)]
-        while len(found) < min(TOPS, len(self.rows)):
-            found.append(self.peak(values, np.stack([piece for piece, _ in found])))
-        return found
-
     def largest(self, again: Callable[[Points], Floats], values: Floats | None = None) -> Floats:
         """The largest of a quantity of points, (n,): sampled, and computed again near its largest samples."""
-        places = self.tops(again(self.samples) if values is None else values)
-        return np.asarray(np.max([self.laid(again, *place)[1] for place in places], axis=0))
-
-    def top(
-        self, again: Callable[[Points], Floats], values: Floats, beside: Ints | None = None
-    ) -> tuple[Points, Floats, Floats]:
-        """The same with three points (3, n) about its place, and the place between them, -1 to 1, (n,); of pieces
-        other than `beside`.
-
-        Returns points, value, place.
-        """
-        return self.laid(again, *self.peak(values, beside))
+        *places, _ = self.tops(again(self.samples) if values is None else values)
+        return np.asarray(self.laid(again, *places)[1].max(axis=0))
 
     def laid(self, again: Callable[[Points], Floats], piece: Ints, step: Ints) -> tuple[Points, Floats, Floats]:
-        """The same from a place where the largest value is sought. The three points are laid again where it lies beyond
-        them, and nearer where it is steep."""
-        reach: Ints = np.full(self.size, REACH)
+        """The largest of a quantity near places (n,) or (k, n): three points about each, (3, n) or (3 k, n), value and
+        place between them, -1 to 1, (n,) or (k, n). The points are laid again where it lies beyond them, and nearer
+        where it is steep."""
+        shape = (3, *piece.shape)
+        about = np.array([-1, 0, 1]).reshape(3, *[1] * piece.ndim)
+        pieces, reach = np.broadcast_to(piece, shape).reshape(-1, self.size), np.full(piece.shape, REACH)
         for _ in range(ROUNDS):
-            near = self.at(piece, step + reach * np.array([[-1], [0], [1]]))
-            low, mid, high = np.broadcast_to(again(near), (3, self.size))
-            at, value = vertex(low, mid, high)
-            steep = (reach > NEAR) & (mid - np.minimum(low, high) > STEEP * np.abs(mid))
-            closer = np.where(steep, NEAR, reach)
-            moved = np.clip(step + np.rint(at * reach).astype(np.intp), closer, FINE - closer)
-            again_ = steep | ((np.abs(at) >= 1.0) & (moved != step))
-            if not again_.any():
+            near = self.at(pieces, (step + reach * about).reshape(-1, self.size))
+            values = np.broadcast_to(again(near), pieces.shape).reshape(shape)
+            at, value = vertex(*values)
+            more, moved, closer = nearer(values, at, step, reach)
+            if not more.any():
                 break
-            step, reach = np.where(again_, moved, step), closer
+            step, reach = np.where(more, moved, step), closer
         return near, value, at
 
     def smallest(self, again: Callable[[Points], Floats], values: Floats | None = None) -> Floats:
@@ -384,6 +372,50 @@ def vertex(low: Floats, mid: Floats, high: Floats) -> tuple[Floats, Floats]:
     # Where it does not bend down the larger end has the largest value: a step far beyond it, held there.
     at = np.clip(np.divide(slope, np.maximum(-bend, LEAST)), -1.0, 1.0)
     return at, mid + at * (slope + 0.5 * at * bend)
+
+
+def nearer(values: Floats, at: Floats, step: Ints, reach: Ints) -> tuple[Mask, Ints, Ints]:
+    """Whether three values (3, ...) at a reach, fine steps, about places have to be laid again, and where and how near:
+    where the vertex `at` of their parabola lies beyond them, then no further apart than REACH, and nearer where it is
+    steep."""
+    beyond = np.abs(at) >= 1.0
+    moved = np.clip(step + np.rint(at * reach).astype(np.intp), reach, FINE - reach)
+    further = beyond & (moved != step)
+    steep = (reach > NEAR) & (values[1] - np.minimum(values[0], values[2]) > STEEP * np.abs(values[1]))
+    closer = np.where(reach > REACH, np.where(further, reach, REACH), np.where(steep, NEAR, reach))
+    moved = np.clip(step + np.rint(at * reach).astype(np.intp), closer, FINE - closer)
+    return (closer < reach) | further, moved, closer
+
+
+def top_row(values: Floats) -> Ints:
+    """Rows (n,) of the largest of values (k, n), the first of those that are alike: as `argmax` over the first axis,
+    which takes seven times as long of few rows."""
+    best, top = values[0].copy(), np.zeros(values.shape[1], dtype=np.int16)
+    for k in range(1, len(values)):
+        np.maximum(top, np.multiply(values[k] > best, np.int16(k), dtype=np.int16), out=top)
+        np.maximum(best, values[k], out=best)
+    return top.astype(np.intp)
+
+
+def _highest(values: Floats) -> tuple[Ints, Floats, Floats]:
+    """Of samples (SAMPLES, n) of pieces the fine step of the largest value, by parabolas through the largest sample and
+    its neighbours, the height there, and how far that may be off: four times what a parabola can stand above its
+    samples, nothing at the end of a piece, where there is a sample; (n,) each."""
+    last, size = SAMPLES - 1, values.shape[1]
+    top, one = np.clip(top_row(values), 1, last - 1), np.arange(size)
+    flat, middle = values.reshape(-1), top * size + one
+    low, mid, high = (flat.take(middle + k * size) for k in (-1, 0, 1))
+    at, height = vertex(low, mid, high)
+    place, bend = top + at, np.abs(low - 2.0 * mid + high)
+    # Beside an end a peak may stand higher above its samples than the largest sample is.
+    for beside in (1, last - 1):
+        low, mid, high = values[beside - 1 : beside + 2]
+        at, other = vertex(low, mid, high)
+        higher = np.flatnonzero(other > height)
+        place[higher], height[higher] = beside + at[higher], other[higher]
+        bend[higher] = np.abs(low - 2.0 * mid + high)[higher]
+    step = np.clip(np.rint(place * (FINE // last)).astype(np.intp), REACH, FINE - REACH)
+    return step, height, np.where((place <= 0.0) | (place >= last), 0.0, 0.5 * bend)
 
 
 ORDERS = ("velocity", "acceleration", "jerk")

@@ -20,12 +20,11 @@ from typing import TYPE_CHECKING, Literal, final
 import numpy as np
 
 from camgeom.cams.parallel_index import DIAL_PLAY, ParallelIndex
-from camgeom.design.batch import Batch
 from camgeom.design.batch.driven import LOAD_FIGURES, LOADED, Driven, chunk_of, refused
 from camgeom.design.batch.legs import FINE, program_of
-from camgeom.design.batch.motion import Ints, Motion, Points, motion_figures
+from camgeom.design.batch.motion import Ints, Motion, Points, motion_figures, top_row
 from camgeom.design.batch.plates import Ring, Walls, vars_of, walls
-from camgeom.design.batch.variants import Mask, Variants, path_of
+from camgeom.design.batch.variants import Batch, Mask, Variants, path_of
 from camgeom.errors import DesignError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
@@ -39,7 +38,7 @@ if TYPE_CHECKING:
     from camgeom.profile import Profile
 
 CHUNK = 4096
-AT_ONCE = 256
+AT_ONCE = 512
 """variants whose figures are computed at once: what they need stays in the cache"""
 BESIDE = 1e-8
 """rad on either side of a cam angle at which a roller comes to bear or ceases to"""
@@ -230,9 +229,9 @@ class Plates(Driven):
         return tuple(found)
 
     @cached_property
-    def stretches(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """Of every roller beside its plate in one turn: angle from the line of centres at zero lift, rad, its wall's
-        side, and the cam angles between which it has one, rad, (B, n) each."""
+    def stretches(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        """Of every roller beside its plate in one turn: cos and sin of the angle from the line of centres at zero lift,
+        its wall's side, and the cam angles between which it has one, rad, (B, n) each."""
         shift, side, low, high = np.concatenate([one.each for one in self._walls], axis=1)
         there = high > low
         first = int(np.floor(np.where(there, low, np.inf).min() / TURN))
@@ -245,13 +244,13 @@ class Plates(Driven):
         empty = every[3] <= every[2]
         order = np.argsort(empty, axis=0, kind="stable")[: int((~empty).sum(axis=0).max())]
         offset, side, begin, end = (np.take_along_axis(one, order, axis=0) for one in every)
-        return offset, side, begin, end
+        return np.cos(offset), np.sin(offset), side, begin, end
 
     # Rollers beside their plates
 
     def beside(self, points: Points) -> Beside:
         """The rollers that have a wall at points (P, n)."""
-        offset, side, begin, end = self.stretches
+        there, across, side, begin, end = self.stretches
         size, shape = self.motion.size, np.broadcast_shapes(points.s.shape, (1, self.motion.size))
         on = (points.theta >= begin[:, None]) & (points.theta <= end[:, None])
         flat = np.flatnonzero(on)
@@ -263,7 +262,7 @@ class Plates(Driven):
             return np.asarray(np.broadcast_to(values, shape).reshape(-1).take(place))
 
         cos, sin = taken(np.cos(points.s)), taken(np.sin(points.s))
-        there, across = np.cos(offset).take(which), np.sin(offset).take(which)
+        there, across = there.take(which), across.take(which)
         cos, sin = cos * there - sin * across, sin * there + cos * across
         centre, circle = self.centre.take(variant), self.circle.take(variant)
         rate = 1.0 + taken(points.ds)
@@ -279,7 +278,7 @@ class Plates(Driven):
     def points(self) -> Points:
         """The samples of the motion, both sides of where a roller comes to bear or ceases to, and places in between of
         the shortest stretches, which the samples may miss, (P, n)."""
-        _, _, begin, end = self.stretches
+        *_, begin, end = self.stretches
         there = end > begin
         beside = [np.where(there, one, 0.5 * TURN) + way for one in (begin, end) for way in (-BESIDE, BESIDE)]
         order = np.argsort(np.where(there, end - begin, np.inf), axis=0)[:SHORTEST]
@@ -308,29 +307,32 @@ class Plates(Driven):
         values = what(self, self.sampled, self.points) if values is None else values
         whole, one = self.motion.moving * DENSE, np.arange(self.motion.size)
         best, moving = values.max(axis=0), values[:whole]
-        place, left, tops = np.arange(whole)[:, None], moving, list[Ints]()
+        left, tops = moving.copy(), list[Ints]()
         for _ in range(TOPS):
             tops.append(left.argmax(axis=0))
-            left = np.where(np.abs(place - tops[-1]) > 2, left, -np.inf)
+            for beside in range(-2, 3):
+                left[np.clip(tops[-1] + beside, 0, whole - 1), one] = -np.inf
         piece, sample = np.divmod(np.array(tops), DENSE)
-        near = np.clip(sample, 1, DENSE - 2)
-        three = np.stack([moving[piece * DENSE + near + k, one] for k in (-1, 0, 1)])
+        middle = np.clip(sample, 1, DENSE - 2)
+        three = np.stack([moving[piece * DENSE + middle + k, one] for k in (-1, 0, 1)])
         top, variant = np.nonzero(poles | _more(three, best, SPIKE))
-        piece, step, reach = piece[top, variant], sample[top, variant] * float(STEP), float(STEP)
-        cams, around = self.of(variant), np.arange(-PARTS, PARTS + 1.0)[:, None]
+        piece, step, three = piece[top, variant], middle[top, variant] * float(STEP), three[:, top, variant]
+        cams, reach, inner = self.of(variant), float(STEP), [k for k in range(-PARTS + 1, PARTS) if k]
         while reach > finest and variant.size:
-            steps = np.clip(step + around * (reach / PARTS), 0.0, FINE)
+            reach /= PARTS
+            steps = step + reach * np.array(inner)[:, None]
             points = cams.motion.at(np.broadcast_to(piece, steps.shape), steps)
             found = what(cams, cams.beside(points), points)
             np.maximum.at(best, variant, found.max(axis=0))
-            top, each = found.argmax(axis=0), np.arange(len(variant))
-            step = steps[top, each]
-            middle = np.clip(top, 1, 2 * PARTS - 1)
-            three = np.stack([found[middle + k, each] for k in (-1, 0, 1)])
+            # Three of the places were looked at before.
+            found = np.stack([three[0], *found[: PARTS - 1], three[1], *found[PARTS - 1 :], three[2]])
+            top, each = np.clip(top_row(found), 1, 2 * PARTS - 1), np.arange(len(variant))
+            step = step + reach * (top - PARTS)
+            three = np.stack([found[top + k, each] for k in (-1, 0, 1)])
             rows = np.flatnonzero(poles | _more(three, best[variant]))
             if len(rows) < len(variant):
-                piece, step, variant, cams = piece[rows], step[rows], variant[rows], cams.of(rows)
-            reach /= PARTS
+                piece, step, three, variant = piece[rows], step[rows], three[:, rows], variant[rows]
+                cams = cams.of(rows)
         return np.asarray(best)
 
     @cached_property

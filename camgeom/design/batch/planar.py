@@ -18,13 +18,12 @@ from camgeom.cams import sense_of
 from camgeom.cams.conjugate import Conjugate
 from camgeom.cams.constant_width import PLATE, ConstantWidth
 from camgeom.cams.disc import Disc
-from camgeom.design.batch import Batch
 from camgeom.design.batch.legs import motion_reason
 from camgeom.design.batch.lives import LEAST_LOAD, Lives
 from camgeom.design.batch.motion import Ints, Motion, Points, motion_figures, motion_of
 from camgeom.design.batch.seen import Seen
 from camgeom.design.batch.touches import Standing, Touch
-from camgeom.design.batch.variants import Mask, Variants
+from camgeom.design.batch.variants import Batch, Mask, Variants
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.applied import Applied, Expression
@@ -37,7 +36,7 @@ from camgeom.track.follower import FrameFollower
 if TYPE_CHECKING:
     from camgeom.profile import Profile
 
-CHUNK = 1024
+CHUNK = 2048
 
 
 def supports(profile: Profile, varied: Sequence[str]) -> str | None:
@@ -282,17 +281,14 @@ class Cams:
         return tuple(self.motion.largest(partial(self._square, seen.touch), seen.square) for seen in self.all)
 
     def _radius_of_peak(self, whole: Seen) -> Floats:
-        """Relative radius where the pressure is largest, mm: of the two largest peaks, which may be as good as alike,
-        that of the larger."""
-        first, _ = self.motion.peak(whole.square)
-        values, radii = list[Floats](), list[Floats]()
-        for beside in (None, first):
-            near, value, at = self.motion.top(partial(self._square, whole.touch), whole.square, beside)
-            radius = self.seen(whole.touch, near).relative_radius
-            low, mid, high = np.broadcast_to(radius, (3, self.variants.size))
-            values.append(value)
-            radii.append(mid + at * (0.5 * (high - low) + 0.5 * at * (low - 2.0 * mid + high)))
-        return np.where(values[1] > values[0], radii[1], radii[0])
+        """Relative radius where the pressure is largest, mm: of peaks which may be as good as alike that of the
+        largest."""
+        *places, _ = self.motion.tops(whole.square)
+        near, value, at = self.motion.laid(partial(self._square, whole.touch), *places)
+        radius = np.broadcast_to(self.seen(whole.touch, near).relative_radius, near.s.shape)
+        low, mid, high = radius.reshape(3, *value.shape)
+        found = mid + at * (0.5 * (high - low) + 0.5 * at * (low - 2.0 * mid + high))
+        return np.asarray(np.take_along_axis(found, value.argmax(axis=0)[None], axis=0)[0])
 
     def _square(self, touch: Touch, points: Points) -> Floats:
         return self.seen(touch, points).square

@@ -69,8 +69,11 @@ class Swung(Axial):
         # As many as variants, so that what is derived of them can be changed in place.
         self.long = variants.full(np.hypot(self.arm, aside))
         self.ahead = variants.full(np.arctan2(aside, self.arm))
-        self.swing = tuple(self.start + lift for lift in motion.lift_range)
+
+    @cached_property
+    def swing(self) -> tuple[Floats, ...]:
         """Least and largest angle of the arm, rad."""
+        return tuple(self.start + lift for lift in self.motion.lift_range)
 
     @cached_property
     def pivot(self) -> Floats:
@@ -112,7 +115,7 @@ class Swung(Axial):
 
     def _at(self, points: Points, way: float) -> Arm:
         """The roller that pushes up, 1, or down, -1, of a rib, or that of a groove, 0."""
-        return self._sampled[way] if points is self.motion.samples else self._carried(points, way)
+        return self._sampled[way] if points is vars(self.motion).get("samples") else self._carried(points, way)
 
     @cached_property
     def _sampled(self) -> dict[float, Arm]:

@@ -22,10 +22,10 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from camgeom.cams._turret import TurretKeys
-from camgeom.design.batch import Batch
 from camgeom.design.batch.driven import LOAD_FIGURES, LOADED, chunk_of, refused
 from camgeom.design.batch.indexer import Ends, Indexer, Line, Seat
 from camgeom.design.batch.motion import motion_figures
+from camgeom.design.batch.variants import Batch
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 

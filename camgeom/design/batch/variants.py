@@ -6,12 +6,12 @@ import re
 from collections.abc import Mapping, Sequence
 from copy import copy
 from math import pi
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from camgeom.design.batch import Batch
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.mechanics.load import Demand
 from camgeom.model.loads import DEGREES
@@ -116,6 +116,27 @@ def _field(profile: Profile, key: str) -> FieldInfo | None:
     fields = getattr(type(owner), "model_fields", {})
     found: FieldInfo | None = fields.get({"from": "begin"}.get(str(last), str(last)))
     return found
+
+
+@final
+@immutable
+class Batch:
+    """What n variants came to.
+
+    figures  by the names of a study's columns, (n,) each; infinite where there is no end (an unloaded contact lives
+             for ever) or no such place (a profile that is nowhere hollow), never NaN
+    reason   (n,) 0 where the variant exists, else a place in `reasons`: its figures are 0 and mean nothing
+    reasons  the exact model's own words: "key: what is wrong with it", or the name of the check that it fails
+    """
+
+    figures: dict[str, Floats]
+    reason: NDArray[np.int16]
+    reasons: tuple[str, ...]
+
+    @property
+    def words(self) -> list[str]:
+        """The reason of every variant in words, empty where it exists."""
+        return [self.reasons[code] for code in self.reason]
 
 
 class Variants:
