@@ -30,6 +30,10 @@ import numpy as np  # noqa: E402
 from verdict_designs import FIRST_SEED, Data, furnished, kind_of, kinds_of, sound  # noqa: E402
 from verdict_faults import FAULTS, PENDING, count_of, fault_of, injected, swinging_torque  # noqa: E402
 
+BUGS = (
+    ArithmeticError, AssertionError, AttributeError, LookupError, NameError, RuntimeError, TypeError, ValueError
+)
+"""what a mistake in the product's code raises; what the machine does, or who stops it, ends the campaign"""
 EXPLAINED: dict[str, str] = {}
 """warnings that a sound design may raise, by check, each with its reason"""
 
@@ -77,9 +81,9 @@ def run_sound(seed: int) -> Record:
     from camgeom.errors import CamgeomError
 
     began = time.perf_counter()
-    kind = kind_of(seed)
+    kind, design = kind_of(seed), design_of(seed)
     try:
-        verdict = judge(model_of(design_of(seed)))
+        verdict = judge(model_of(design))
         loud = [f for f in verdict.findings if f.level != "pass"]
         lost = [f"{name} lost: {why.reason}" for name, why in verdict.lost]
         by = tuple(sorted({f"{f.check} ({f.level})" for f in loud} | {name for name, _ in verdict.lost}))
@@ -89,7 +93,7 @@ def run_sound(seed: int) -> Record:
         outcome = "ALARM" if alarms or lost else "explained" if loud else "quiet"
     except CamgeomError as error:
         outcome, by, said = "ALARM", (type(error).__name__,), str(error)
-    except Exception:
+    except BUGS:
         outcome, by, said = "ALARM", ("traceback",), traceback.format_exc(limit=-3)
     if outcome == "ALARM" and by != ("traceback",) and kind in PENDING.get("sound", ()):
         outcome = "pending"
@@ -120,7 +124,7 @@ def run_fault(seed: int) -> Record:
     fault = FAULTS[name]
     try:
         told, by, said = asked(name, data, faulty)
-    except Exception:
+    except BUGS:
         told, by, said = False, ("traceback",), traceback.format_exc(limit=-3)
     outcome = "told" if told else "MISS"
     missing = fault.checks and not set(fault.checks) & set(checks())

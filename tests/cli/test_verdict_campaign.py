@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from tests.places import ROOT
 
 sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 
-from verdict import asked, design_of, of_fault, run_fault, run_sound, table
+from verdict import Record, asked, design_of, of_fault, run_fault, run_sound, table
 from verdict_designs import (
     BELL_SEED,
     CONE_SEED,
@@ -53,6 +54,25 @@ BELLS = tuple(kind for kind in KINDS if kind.startswith("bell"))
 CLASSES = count_of(FIRST_SEED)
 SECOND = FIRST_SEED + FIRST - FIRST_SEED % CLASSES + CLASSES
 """the first seed of the classes after the first 27"""
+
+
+@pytest.mark.parametrize(("error", "counted"), [(ZeroDivisionError, True), (KeyError, True), (MemoryError, False)])
+@pytest.mark.parametrize("run", [run_sound, run_fault])
+def test_a_mistake_of_the_product_is_an_outcome_and_what_the_machine_does_ends_the_campaign(
+    run: Callable[[int], Record], error: type[Exception], counted: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def raised(*_: object) -> None:
+        raise error("of a test")
+
+    monkeypatch.setattr("verdict.model_of", raised)
+    if counted:
+        record = run(17)
+        assert record.outcome in {"ALARM", "MISS"}
+        assert record.by == ("traceback",)
+        assert "of a test" in record.said
+    else:
+        with pytest.raises(error):
+            run(17)
 
 
 def test_a_seed_gives_one_design_and_one_fault() -> None:
