@@ -71,7 +71,7 @@ def read_rows(file: str, rows: tuple[Any, ...], folder: str) -> tuple[Floats, Fl
     if not file and not rows:
         return np.empty(0), np.empty(0)
     key = "file" if file else "rows"
-    pairs = _read_file(file, folder) if file else _pairs(rows, key)
+    pairs = file_rows(Path(folder, file)) if file else _pairs(rows, key)
     if not LEAST_ROWS <= len(pairs) <= MOST_ROWS:
         allowed = f"{LEAST_ROWS} to {MOST_ROWS} rows"
         raise ProfileError([Problem(key, "a table needs a fair number of rows", len(pairs), allowed)])
@@ -96,8 +96,9 @@ def _pairs(rows: tuple[Any, ...], key: str) -> list[tuple[float, float]]:
     return pairs
 
 
-def _read_file(file: str, folder: str) -> list[tuple[float, float]]:
-    content = read_bytes(Path(folder, file), LARGEST_FILE, "")
+def file_rows(path: Path) -> list[tuple[float, float]]:
+    """The rows of a CSV file, angle and lift. Raises ProfileError where it cannot be read or holds anything else."""
+    content = read_bytes(path, LARGEST_FILE, "")
     lines = [line for line in lines_of(content, "") if line.strip() and not line.lstrip().startswith("#")]
     delimiter = next((mark for mark in (";", "\t", ",") if lines and mark in lines[0]), ",")
     rows = [row[:2] for row in csv.reader(lines, delimiter=delimiter)]

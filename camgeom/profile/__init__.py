@@ -55,8 +55,10 @@ if TYPE_CHECKING:
 
 STDIN = "-"
 """the file name of standard input"""
-UNTOLD: Any = {"source": True, "units": True, "track": {"__all__": {"profile": {"source", "units"}}}}
-"""what a design does not rest on: where it was read, and in which unit"""
+_FILES: Any = {"__all__": {"rows_from"}}
+UNTOLD: Any = {"source": True, "units": True, "motion": _FILES,
+               "track": {"__all__": {"profile": {"source": True, "units": True, "motion": _FILES}}}}
+"""what a design does not rest on: where it and its tables were read, and in which unit"""
 MOST_ROWS = 20_000
 """of all force tables together, a quarter of it on a turret: a run then takes 10 to 30 s and up to 1 GB"""
 
@@ -253,7 +255,7 @@ class Profile(Section):
         return from_data(*_clean(data, self.source))
 
     def digest(self) -> str:
-        """SHA-256 of all that the design rests on: every key, the tables it names and the laws of the user's own files.
+        """SHA-256 of all that the design rests on: every key, rows of its tables, and the laws of the user's own files.
 
         Two profiles with the same digest are the same design, whatever their files are called.
         """
@@ -262,10 +264,10 @@ class Profile(Section):
         from camgeom.motion.own import loaded_contents
 
         found = hashlib.sha256(self.model_dump_json(exclude=UNTOLD).encode())
-        for segment in self.motion:
-            for key, value in segment.parameters:
-                if key == "file":
-                    found.update((Path(_folder_name(self.source)) / str(value)).read_bytes())
+        # A law of the user's own reads its file itself.
+        names = [value for segment in self.motion for key, value in segment.parameters if key == "file" and value]
+        for name in names:
+            found.update(Path(_folder_name(self.source), str(name)).read_bytes())
         for content in loaded_contents():
             found.update(content)
         return found.hexdigest()

@@ -49,7 +49,16 @@ def split_segment(
     if law_entry.lacks(extra):
         message = f"is missing: law = {law!r} is made of data"
         found.append(Problem(f"{at}.{law_entry.data[0]}", message, None, _data(law_entry)))
-    found += [p for key, value in extra.items() if key == "file" and (p := _file_problem(value, folder, f"{at}.{key}"))]
+    if isinstance(name := extra.get("file"), str) and name:
+        place = beside(name, folder, f"{at}.file")
+        rows = _rows_of(place, f"{at}.file") if isinstance(place, Path) and "rows" in law_entry.parameters else place
+        if isinstance(rows, Problem):
+            found.append(rows)
+        elif extra.get("rows"):
+            found.append(Problem(f"{at}.rows", "a table is either a file or rows, not both", None, "one of them"))
+        elif isinstance(rows, tuple):
+            del extra["file"]
+            extra["rows"], own["rows_from"] = rows, name
     return {**own, "parameters": tuple(extra.items())}, found
 
 
@@ -57,11 +66,14 @@ def _data(law: LawEntry) -> str:
     return " or ".join(f"`{key}`: {law.parameters[key].help}" for key in law.data)
 
 
-def _file_problem(name: object, folder: Path | None, key: str) -> Problem | None:
-    if not isinstance(name, str) or not name:
-        return None
-    place = beside(name, folder, key)
-    return place if isinstance(place, Problem) else None
+def _rows_of(place: Path, key: str) -> tuple[tuple[float, ...], ...] | Problem:
+    """The rows of a segment's file, read once: what becomes of the file later is nothing to the profile."""
+    from camgeom.motion.measured import file_rows
+
+    try:
+        return tuple(file_rows(place))
+    except ProfileError as error:
+        return replace(error.problems[0], key=key)
 
 
 def _stray(key: str, value: object, at: str, law: LawEntry | None, sections: Sections) -> Problem:
@@ -168,10 +180,13 @@ def program_of(
 
 
 def _as_written(problem: Problem, motion: Sequence[MotionSegment]) -> Problem:
-    """The problem with the rate that the profile gives, per degree, in place of that per radian."""
-    named = re.fullmatch(rf"motion\[(\d+)\]\.({'|'.join(RATES)})", problem.key)
+    """The problem with the rate that the profile gives, per degree, in place of that per radian; of rows that were read
+    from a file, of that."""
+    named = re.fullmatch(rf"motion\[(\d+)\]\.({'|'.join(RATES)}|rows)", problem.key)
     if named is None or int(named[1]) >= len(motion):
         return problem
+    if named[2] == "rows":
+        return replace(problem, key=f"motion[{named[1]}].file") if motion[int(named[1])].rows_from else problem
     return replace(problem, value=getattr(motion[int(named[1])], named[2]))
 
 

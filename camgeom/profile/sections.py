@@ -53,6 +53,7 @@ class MotionSegment(Section):
     acceleration: Number | None = Field(None, description="mm (or deg) per square degree at the segment's end")
     jerk: Number | None = Field(None, description="mm (or deg) per cubic degree at the segment's end")
     parameters: tuple[tuple[str, Any], ...] = Field((), description="the law's own keys", json_schema_extra=INTERNAL)
+    rows_from: str = Field("", description="the file that its law's rows were read from", json_schema_extra=INTERNAL)
 
 
 def _rows(table: object) -> object:

@@ -49,6 +49,8 @@ def deliver(model: Model, order: Order, folder: RunFolder | None, say: Callable[
     Formats that cannot apply are told before anything is computed. Raises ExportError where the result itself cannot be
     written; what stood in the folder then stands as it was.
     """
+    # Of what was read, whatever becomes of its files while they are worked on.
+    design = model.profile.digest() if folder is not None else ""
     reserve = bytes(RESERVE)
     products = Products(folder.shown if folder else lambda reason: reason)
     possible = [name for name in order.formats if _applies(model, name, order, products)]
@@ -73,7 +75,7 @@ def deliver(model: Model, order: Order, folder: RunFolder | None, say: Callable[
         result.data["explain"] = explain(model, order.products)
     result = Result(finite(result.data), result.verdict, products)
     if folder is not None:
-        _close(model, order, folder, result)
+        _close(model, order, folder, result, design)
     return result
 
 
@@ -203,8 +205,8 @@ def _films(model: Model, stem: str, kinds: tuple[str, ...], folder: RunFolder, p
         products.attempt(kind, lambda: model.ledger.book(kind, job), (file,))  # noqa: B023
 
 
-def _close(model: Model, order: Order, folder: RunFolder, result: Result) -> None:
-    """Write the result and let all files appear."""
+def _close(model: Model, order: Order, folder: RunFolder, result: Result, digest: str) -> None:
+    """Write the result and let all files appear; digest: of the profile."""
     import hashlib
     import json
 
@@ -223,7 +225,7 @@ def _close(model: Model, order: Order, folder: RunFolder, result: Result) -> Non
         "command": order.command,
         "version": version,
         "tolerance_mm": model.tolerance,
-        "profile_sha256": model.profile.digest(),
+        "profile_sha256": digest,
     }
     design = hashlib.sha256(json.dumps([about[k] for k in ("profile_sha256", "version", "tolerance_mm")]).encode())
     asked = {one.name for one in products} | {RESULT}
