@@ -131,7 +131,7 @@ def _one_of(tag: str, options: dict[str, Schema], required: bool = False) -> Sch
 def _segment(collected: _Definitions) -> Schema:
     """A dwell, or a move by one of the laws with its own parameters."""
     own = collected.of(MotionSegment)
-    properties = {key: value for key, value in own["properties"].items() if key != "parameters"}
+    properties = _without_internal(own)["properties"]
     until = {"until": properties["until"]}
     dwell = {"title": "dwell", "type": "object", "properties": until, "required": ["until"]}
     moves = [_move(entry, properties) for _, entry in sorted(LAWS.items())]
