@@ -4,10 +4,13 @@ import gc
 import os
 import signal
 import sys
+from contextlib import suppress
 from importlib import import_module
 from types import ModuleType
 
 LOADER = "pydantic.plugin._loader"
+TRIM_THRESHOLD, MMAP_THRESHOLD = -1, -3
+"""of malloc.h: from which size on memory at the top goes back, and from which on an array has a mapping of its own"""
 
 
 def seek_no_plugins() -> None:
@@ -28,6 +31,17 @@ def seek_no_plugins() -> None:
     sys.modules[LOADER] = none
 
 
+def keep_memory() -> None:
+    """The C library of Linux maps every array of 128 kB and more anew, and gives it back at once: the kernel clears its
+    pages each time, 1 to 5 % of a command. Up to 64 MB are kept instead. Other C libraries have their own way."""
+    from ctypes import CDLL
+
+    with suppress(AttributeError, OSError, TypeError):
+        adjust = CDLL(None).mallopt
+        for what, size in ((MMAP_THRESHOLD, 1 << 25), (TRIM_THRESHOLD, 1 << 26)):
+            adjust(what, size)
+
+
 def run() -> int:
     """Run the command line. A command makes classes and arrays and ends: looking for cycles every 700 objects, as is
     the default, takes 4 to 8 % of its time. Its matrices are many and small: threads of the linear algebra, started
@@ -37,6 +51,8 @@ def run() -> int:
     gc.set_threshold(100_000, 20, 20)
     seek_no_plugins()
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    if len(sys.argv) > 2:  # what says only how it is used has no arrays
+        keep_memory()
     status = None
     try:
         from camgeom.cli import main
