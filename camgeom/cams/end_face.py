@@ -288,7 +288,7 @@ class EndFace(Cam):
 
 
 @immutable(kw_only=True)
-class Ring(Mechanism):
+class RingMechanism(Mechanism):
     """A ring on its web with a follower, whatever of it the roller runs on."""
 
     follower: TranslatingFollower | SwingingFollower
@@ -364,7 +364,7 @@ class Ring(Mechanism):
 
 @final
 @immutable(kw_only=True)
-class EndFaceMechanism(Ring):
+class EndFaceMechanism(RingMechanism):
     """A ring with a follower on its end."""
 
     @cached_property
@@ -460,7 +460,7 @@ class EndFaceMechanism(Ring):
 
 @final
 @immutable(kw_only=True)
-class BellMechanism(Ring):
+class BellMechanism(RingMechanism):
     """A ring with a follower in a groove of its inside."""
 
     @property

@@ -20,6 +20,7 @@ from camgeom.maths.mesh import Mesh
 if TYPE_CHECKING:
     from camgeom.model import Model
 
+NO_ROLLERS = "the follower has no rollers to place beside the cam, and no frame that is a part"
 NO_PLATE = "the follower is no frame with a plate: give follower.plate_length, plate_width and face_width"
 Colour = tuple[float, float, float]
 """Red, green, blue, each 0 to 1 (sRGB)."""

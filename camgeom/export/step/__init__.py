@@ -22,15 +22,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from camgeom.errors import ExportError
-from camgeom.export import NO_PLATE, writer
+from camgeom.export import NO_PLATE, NO_ROLLERS, writer
 from camgeom.export.files import atomic_write
 from camgeom.export.step.brep import Assembly, Brep, FacetBody
 from camgeom.export.step.file import Schema, step_text
 
 if TYPE_CHECKING:
     from camgeom.model import Model
-
-NO_ROLLERS = "the follower has no rollers to place beside the cam, and no frame that is a part"
 
 
 def write_step(path: str | Path, shape: Brep | FacetBody | Assembly, schema: Schema = "AP242") -> int:

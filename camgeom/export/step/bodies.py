@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camgeom.errors import CamgeomError, DesignError, ExportError
-from camgeom.export import NO_PLATE, Colour
-from camgeom.export.step import NO_ROLLERS
+from camgeom.export import NO_PLATE, NO_ROLLERS, Colour
 from camgeom.export.step.brep import Assembly, Brep, Edge, Face, FacetBody, Loop, Placed, Use, reversed_loop, vertex
 from camgeom.export.step.cut import cut_solid
 from camgeom.export.step.geometry import Circle, Cone, Frame, Line, Plane, vector
