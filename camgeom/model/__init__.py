@@ -734,12 +734,11 @@ class Model(Sealed):
         spec, material = self.profile.tolerance_spec, self.profile.material
         pivots = default_pivots(self.mechanism) if spec is None else spec.pivots(self.mechanism)
         load = self.hardest_state.load if self.profile.operation is not None else None
+        return ToleranceStudy(Loaded(self.mechanism, material.roller, material.cam, load, pivots, self._peak), spec)
 
-        def peak() -> float | None:
-            carrier = self.hardest_state.carrier
-            return None if carrier is None or carrier.least_peak is None else carrier.least_peak.value
-
-        return ToleranceStudy(Loaded(self.mechanism, material.roller, material.cam, load, pivots, peak), spec)
+    def _peak(self) -> float | None:
+        carrier = self.hardest_state.carrier
+        return None if carrier is None or carrier.least_peak is None else carrier.least_peak.value
 
     @fact
     def duties(self) -> tuple[RollerDuty, ...]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from math import inf
 from typing import TYPE_CHECKING, Any, Literal, Protocol, final
 
@@ -90,6 +91,10 @@ class Resistance:
         """All of it."""
         return self.friction(theta, side) + self.applied(theta, side)
 
+    def torques(self, theta: Floats, side: Side) -> Floats:
+        """On cam, turret and load of an indexing drive: friction on the turret, what is applied on the load plate."""
+        return np.stack([np.zeros(theta.shape), -self.friction(theta, side), -self.applied(theta, side)], -1)
+
     def _placed(self, theta: Floats, side: Side) -> tuple[Any, Floats]:
         """The piece that each cam angle belongs to from a side, and the angle within the turn."""
         inside = (theta >= 0.0) & (theta <= TURN)
@@ -154,12 +159,7 @@ def indexing_of(model: IndexerInputs) -> IndexingStudy:
         sources["contact_stiffness"] = source
     inertias = _inertias(model, model.mechanism.turret.follower.inertia, spec, sources)
     against, program = Resistance(model.load), model.mechanism.program
-
-    def torque(theta: Floats, side: Side) -> Floats:
-        friction, applied = against.friction(theta, side), against.applied(theta, side)
-        return np.stack([np.zeros(theta.shape), -friction, -applied], -1)
-
-    motion, acting = (Broken(program, against.edges), torque) if against.jumps else (program, None)
+    motion, acting = (Broken(program, against.edges), against.torques) if against.jumps else (program, None)
     rigid = indexing_study(spec, motion, speed, table, inertias, sources, acting)
     if model.below is None:
         return rigid
@@ -356,7 +356,7 @@ def dynamic_duties_of(model: Vibrating, turn: Turn) -> tuple[Duty, ...]:
         return ()
     if mechanism.turret is not None:
         # The contact torque holds the turret back where it is positive.
-        load = replace(model.load, solved=KnownForce(lambda theta: -found.at(theta, "contact_torque")[0] / MILLI))
+        load = replace(model.load, solved=KnownForce(partial(_told, found, "contact_torque", -1.0 / MILLI)))
         duty = model.turret_duty
         assert duty is not None, "there is a turret, and a speed"
         load = replace(load, solved_on=load.panels(most=MOST_BESIDE // len(duty.engagement.places)))
@@ -364,8 +364,13 @@ def dynamic_duties_of(model: Vibrating, turn: Turn) -> tuple[Duty, ...]:
     if least_contact(model, turn) is not None and bool(found.peak("contact_force").minimum[0] < 0.0):
         return ()
     unit = 1.0 / MILLI if model.load.rotating else 1.0
-    load = replace(model.load, solved=KnownForce(lambda theta: unit * found.at(theta, "contact_force")[0]))
+    load = replace(model.load, solved=KnownForce(partial(_told, found, "contact_force", unit)))
     return carriers(material, mechanism, replace(load, solved_on=load.panels()), ratings_of(model.profile))
+
+
+def _told(response: DriveResponse | FollowerResponse, name: str, unit: float, theta: Floats) -> Floats:
+    """A quantity of a response at cam angles (n,), rad, in another unit; no closure, so that a model can be pickled."""
+    return np.asarray(unit * response.at(theta, name)[0])
 
 
 def least_contact(model: Vibrating, turn: Turn) -> Extreme | None:

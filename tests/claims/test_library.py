@@ -124,6 +124,29 @@ def test_a_pickled_model_keeps_its_facts_and_its_followers() -> None:
     assert again.drive is not None
 
 
+@pytest.mark.parametrize(
+    ("name", "facts"),
+    [
+        ("conjugate_rocker", ("impact", "impact_pressure", "impact_lives", "tolerances")),
+        ("tool_changer", ("indexing", "dynamic_duties", "start_duties")),
+        ("bell_lifter", ("elastic_follower", "dynamic_duties", "start_duties")),
+    ],
+)
+def test_a_model_can_be_pickled_whatever_was_solved_of_it(name: str, facts: tuple[str, ...]) -> None:
+    """What a solver is made of may be functions: they are made again."""
+    model = camgeom.read(str(PROFILES / f"{name}.toml"))
+    assert all(getattr(model, fact) for fact in facts)
+    again = pickle.loads(pickle.dumps(model))
+    assert set(facts) <= set(vars(again))
+    for mine, its in zip(model.dynamic_duties, again.dynamic_duties, strict=True):
+        assert its.peak_force == mine.peak_force
+    if model.impact is not None:
+        times = [0.1 * model.impact.problem.period, 0.7 * model.impact.problem.period]
+        assert again.impact.state_at(times) == model.impact.state_at(times)
+    if "tolerances" in facts:
+        assert again.tolerances.causes == model.tolerances.causes
+
+
 def test_no_module_sets_a_filter_of_warnings_for_the_whole_process() -> None:
     assert sources_with(r"catch_warnings|simplefilter|filterwarnings") == []
 

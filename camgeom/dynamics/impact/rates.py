@@ -38,6 +38,10 @@ class CompiledProblem:
         self.levers = self._largest_levers()
         self.eta_scale, self.rate_scale = self._scales()
 
+    def __reduce__(self) -> tuple[type[CompiledProblem], tuple[ImpactProblem]]:
+        # Functions are not pickled: they are made again.
+        return CompiledProblem, (self.problem,)
+
     def _largest_levers(self) -> tuple[float, float]:
         angle = np.linspace(0.0, 2.0 * math.pi, 121)
         main, back = (side.many(self.lift, angle, np.zeros_like(angle))[1] for side in self.problem.pair.sides)
