@@ -103,8 +103,16 @@ class Cylindrical(Cam):
             cam=self,
         )
 
+    def together(self, others: Sequence[Cam], rollers: Sequence[AnyRoller | None]) -> list[Problem]:
+        """Several tracks are grooves, within both ends of the drum."""
+        del rollers
+        if not others:
+            return []
+        form = [] if self.form == "groove" else [problem("cam.form", self.form, "groove, of several tracks")]
+        return form + ([problem("cam.run_out", True, "false, of several tracks")] if self.run_out else [])
+
     def joined(self, mechanisms: Sequence[Mechanism]) -> tuple[Part, ...]:
-        """The drum with several grooves. DesignError for ribs and run-outs."""
+        """The drum with several grooves. DesignError where one runs out of an end."""
         from camgeom.solid.drum import GroovedCylinder
         from camgeom.solid.grooves import GroovedDrum
 

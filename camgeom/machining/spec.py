@@ -152,10 +152,10 @@ class CutterSpec(Section):
         found = self._own_problems()
         if found:
             return found
-        if mechanism.carriage is not None:
-            return self._planar_problems(True) + self._plate_problems(mechanism)
         if self.half_angle:
             found += self._taper_problems(() if _shares(mechanism) else mechanism.tracks)
+        if mechanism.carriage is not None:
+            return found + self._planar_problems(True) + self._plate_problems(mechanism)
         if leaning(mechanism):
             return found + self._leaning_problems(mechanism.cutters)
         if mechanism.blank is None:

@@ -7,6 +7,7 @@ angle, the cam's less the `angle` of its follower's place; so does what is told 
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, final
 
@@ -14,9 +15,9 @@ from pydantic import Field, SerializeAsAny
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.keys import Section
-from camgeom.profile.errors import plain
+from camgeom.profile.errors import keys_of, plain
 from camgeom.profile.idle import MESSAGE
-from camgeom.profile.sections import INTERNAL
+from camgeom.profile.sections import INTERNAL, Operation
 from camgeom.profile.text import key_path, replaced
 
 if TYPE_CHECKING:
@@ -29,6 +30,10 @@ PIVOTED = ("center_distance",)
 """keys of [cam] that belong to the kind of its follower: one of another kind does not take them over"""
 FIRST_ONLY = ("track", "station")
 """what the first track alone may have"""
+FOR_ALL = ("limits", "dynamics", "impact", "tolerance")
+"""tables whose keys are of the followers of all tracks"""
+TWO_UNITS = re.compile(r"[^(,;]+ \((?:N|deg|mm|kg|seconds)")
+"""how the meaning of a key begins whose unit is another one of what turns than of a slide"""
 
 
 @final
@@ -100,6 +105,7 @@ def tracks_of(profile: Profile, tables: Any, read: Any) -> tuple[OwnTrack, ...]:
         if not wrong:
             try:
                 own = _of_its_own(merged(profile.stated, table, allowed), table, profile.source, read)
+                wrong += _of_two_units(profile, own, table, at)
                 angle = table.get("angle", 0.0)
                 found.append(OwnTrack(**{**table, "angle": float(angle), "profile": own}))
             except ProfileError as error:
@@ -122,6 +128,34 @@ def _of_its_own(data: dict[str, Any], table: dict[str, Any], source: str, read: 
             data = replaced(data, key_path(key) or (), None, key)
         profile = read(data, source)
     return profile
+
+
+def _of_two_units(profile: Profile, own: Profile, table: dict[str, Any], at: str) -> list[Problem]:
+    """What is stated in the unit of the first follower, and would be taken in another one for that of a track."""
+    if own.rotating == profile.rotating:
+        return []
+    slides, turns = ("the first one turns", "slides") if profile.rotating else ("the first one slides", "turns")
+    stated, said = profile.stated, table.get("operation", {})
+    keys = {key for key, field in keys_of(Operation).items() if TWO_UNITS.match(field.description or "")} | {"force"}
+    found = [
+        Problem(f"{at}.operation.{key}", f"is missing: {slides}, this follower {turns}, and its unit is another one")
+        for key in sorted(keys - said.keys()) if stated.get("operation", {}).get(key)
+    ]
+    if "force" not in said and any("force" in state for state in stated.get("duty", ())):
+        found.append(Problem(f"{at}.operation.force", "is missing: those of [[duty]] are in another unit"))
+    for name in FOR_ALL:
+        for key in sorted(key for key, value in stated.get(name, {}).items() if value):
+            if TWO_UNITS.match(_meaning(profile, name, key)):
+                message = f"has two units: {slides}, the follower of {at} {turns}"
+                found.append(Problem(f"{name}.{key}", message, plain(stated[name][key])))
+    return found
+
+
+def _meaning(profile: Profile, section: str, key: str) -> str:
+    """The meaning of a key of a section as it was read; empty of one that is unknown there."""
+    model = getattr(profile, section)
+    field = None if model is None else keys_of(type(model)).get(key)
+    return "" if field is None else field.description or ""
 
 
 def _says(table: dict[str, Any], key: str) -> bool:

@@ -129,7 +129,7 @@ class Operation(Section):
     speed: Annotated[float, Field(gt=0.0, le=1e6)] = Field(
         description="r/min, cam speed; of a linear cam that of its drive"
     )
-    friction: NonNegative = Field(0.0, description="N, against the motion (N mm for swinging followers and turrets)")
+    friction: NonNegative = Field(0.0, description="N (N mm of swinging followers and turrets), against the motion")
     guide_friction: Annotated[float, Field(ge=0.0, le=10.0)] = Field(
         0.0, description="1, friction of a slide's guides under its side thrust, times overhang over bearing distance"
     )

@@ -161,14 +161,14 @@ class ToleranceSpec(Section):
         "follower stands in the first dwell of the first stop"
     )
     dwell_limit: Annotated[float, Field(gt=0.0, le=1e7)] | None = Field(
-        None, description="largest error of the follower's place in its dwells, um of a slide, seconds of arc of what "
-        "turns"
+        None, description="um (seconds of arc of what turns), largest error of the follower's place in its dwells"
     )
     motion_limit: Annotated[float, Field(gt=0.0, le=1e7)] | None = Field(
-        None, description="largest error of its place anywhere in the turn, likewise"
+        None, description="um (seconds of arc), largest error of its place anywhere in the turn"
     )
     backlash_limit: Annotated[float, Field(gt=0.0, le=1e7)] | None = Field(
-        None, description="largest play of the follower in its dwells (of a program without one: anywhere), likewise"
+        None, description="um (seconds of arc), largest play of the follower in its dwells (of a program without one: "
+        "anywhere)"
     )
     preload_limit: Annotated[float, Field(gt=0.0, le=1e4)] | None = Field(
         None, description="um, least interference along the normals in the dwells that a preloaded turret has to keep"

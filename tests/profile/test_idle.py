@@ -12,7 +12,8 @@ from camgeom.cams import kinds, starter
 from camgeom.checks import judge
 from camgeom.errors import DesignError, ProfileError
 from camgeom.model import Model
-from camgeom.profile import from_data, parse, read
+from camgeom.profile import Profile, from_data, parse, read
+from camgeom.profile.text import load
 from tests.places import PROFILES
 from tests.profile.cases import CASES, frozen, made, put
 from tests.reference.profiles import built
@@ -252,10 +253,13 @@ def test_which_way_a_tool_mills_is_refused_where_it_goes_but_one(name: str, cutt
         ("constant_width_press", "\n[[track]]\n", "track: means nothing here"),
         ("pin_insertion", "\n[track]\n", r"track: needs an array of tables \[\[track\]\]"),
         ("pin_insertion", "\n[[track]]\n" * 40, "track: too many tracks"),
+        ("feeder_runout", "\n[[track]]\n", "cam.run_out: cannot be built"),
+        ("rib", "\n[[track]]\ncam.start = 75\n", "cam.form: cannot be built"),
     ],
 )
 def test_a_refusal_of_tracks_names_its_file(kind: str, tables: str, told: str) -> None:
-    text = (PROFILES / f"{kind}.toml").read_text() + tables
+    rib = (PROFILES / "pin_insertion.toml").read_text().replace('form = "groove"', 'form = "rib"\nrib_thickness = 9')
+    text = (rib if kind == "rib" else (PROFILES / f"{kind}.toml").read_text()) + tables
     with pytest.raises(ProfileError, match=f"^my.toml: {told}"):
         parse(text, "my.toml")
 
@@ -275,3 +279,54 @@ def test_a_roller_has_no_more_than_a_metre_of_room_in_its_groove(gap: float, tol
     """100 m of it took the body of an undercut drum three minutes."""
     found = refusals("drum, groove", {"cam.running_clearance": gap})
     assert ("cam.running_clearance" in found) is told
+
+
+@pytest.mark.parametrize("file", sorted(PROFILES.glob("*.toml")), ids=lambda file: file.stem)
+def test_a_taper_lies_on_the_flank_of_a_cone_of_its_angle_alone(file: Any) -> None:
+    data, _, _ = load(file.read_text(encoding="utf-8"), file.stem)
+    cutter = {"kind": "flat", "diameter": 2.0, "half_angle": 7.3}
+    with pytest.raises(ProfileError, match=r"cutter\.half_angle|cutter: |cutter\.kind"):
+        from_data({**data, "cutter": cutter}, "")
+
+
+def _drum_of_a_slide_and_an_arm(**tables: Any) -> Profile:
+    """Two grooves of a drum, one with a slide, one with an arm, and tables more; `own` is the second's [operation]."""
+    data, _, _ = load((PROFILES / "two_groove_drum.toml").read_text(encoding="utf-8"), "two_groove_drum")
+    keep = {key: data[key] for key in ("name", "cam", "follower", "roller", "motion")}
+    (track,) = data["track"]
+    arm = {"angle": track["angle"], "cam": track["cam"],
+           "follower": {"kind": "swinging", "arm": 100.0, "inertia": 0.01},
+           "motion": ({"until": 150.0, "to": 10.0, "law": "cycloidal"}, {"until": 320.0, "to": 0.0, "law": "cycloidal"},
+                      {"until": 360.0}), "operation": tables.pop("own", {})}  # fmt: skip
+    return from_data(keep | {"operation": {"speed": 60.0}, "track": (arm,)} | tables, "")
+
+
+@pytest.mark.parametrize("key", ["friction", "spring_rate", "spring_preload", "force"])
+def test_a_load_in_another_unit_is_not_taken_over(key: str) -> None:
+    value: Any = ({"expression": "20"},) if key == "force" else 20.0
+    load_of_slide = {"speed": 60.0, key: value}
+    with pytest.raises(ProfileError, match=rf"track\[0\]\.operation\.{key}: is missing.*slides.*turns"):
+        _drum_of_a_slide_and_an_arm(operation=load_of_slide)
+    own = _drum_of_a_slide_and_an_arm(operation=load_of_slide, own={key: () if key == "force" else 0.0}).tracks[0].whole
+    assert own.operation is not None
+    assert not getattr(own.operation, key)
+    _drum_of_a_slide_and_an_arm(operation={"speed": 60.0} | ({} if key == "force" else {key: 0.0}))
+
+
+@pytest.mark.parametrize(
+    ("table", "keys", "word"),
+    [
+        ("limits", {"velocity": 700.0}, r"limits\.velocity: has two units"),
+        ("limits", {"torque_n_m": 700.0}, ""),
+        ("dynamics", {"kind": "follower", "linkage_stiffness": 9000.0}, r"dynamics\.linkage_stiffness: has two units"),
+        ("tolerance", {"phase_arcmin": 1.0, "dwell_limit": 20.0}, r"tolerance\.dwell_limit: has two units"),
+        ("tolerance", {"phase_arcmin": 1.0, "pressure_limit": 2000.0}, ""),
+        ("duty", ({"hours": 1.0, "force": ({"expression": "9"},)},), r"track\[0\]\.operation\.force: is missing"),
+    ],
+)
+def test_a_number_with_two_units_is_not_that_of_a_slide_and_an_arm(table: str, keys: Any, word: str) -> None:
+    if not word:
+        _drum_of_a_slide_and_an_arm(**{table: keys})
+        return
+    with pytest.raises(ProfileError, match=word):
+        _drum_of_a_slide_and_an_arm(**{table: keys})
