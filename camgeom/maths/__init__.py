@@ -24,7 +24,8 @@ DOMAIN = ("math domain error", "math range error")
 
 def distinct(values: npt.NDArray[Number]) -> npt.NDArray[Number]:
     """The different values (n,), rising: `numpy.unique` without the masked arrays that its first call imports."""
-    ordered = np.sort(values, axis=None)
+    # Numbers of edges and the like come in rising runs, which a merge takes in a fifth of the time.
+    ordered = np.sort(values, axis=None, kind="stable" if values.dtype.kind in "iu" else None)
     return ordered[np.append(True, ordered[1:] != ordered[:-1])] if ordered.size else ordered
 
 

@@ -212,7 +212,7 @@ def _edges(mesh: Mesh, group: str, inner: bool = False) -> npt.NDArray[np.int64]
     start, end, count = faces.ravel(), faces[:, [1, 2, 0]].ravel(), len(mesh.vertices)
     keys = np.minimum(start, end).astype(np.int64) * count + np.maximum(start, end)
     if inner:
-        keys = np.sort(keys)
+        keys.sort(kind="stable")
         keys = keys[1:][keys[1:] == keys[:-1]]
     edges = distinct(keys)
     return np.stack([edges // count, edges % count], axis=1)
