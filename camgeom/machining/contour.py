@@ -10,7 +10,7 @@ import numpy as np
 
 from camgeom.errors import DesignError
 from camgeom.immutable import immutable
-from camgeom.machining.path import Positions
+from camgeom.machining.path import Positions, round_from
 from camgeom.machining.plan import SHARE
 from camgeom.machining.spec import LEAST
 from camgeom.maths import Floats, distinct
@@ -135,13 +135,8 @@ class ContourPath:
 
     def knots(self) -> Floats:
         """Parameters between which it is smooth."""
-        knots, whole = self.corners.knots(self.outline.knots()), self.corners.length
-        begin = self.corners.parameter(self.start % TURN)
-        if begin == 0.0:
-            return knots
-        shifted = np.concatenate([knots, knots[1:] + whole])
-        inside = shifted[(shifted > begin + 1e-12) & (shifted < begin + whole - 1e-12)]
-        return np.concatenate([[begin], inside, [begin + whole]])
+        knots, begin = self.corners.knots(self.outline.knots()), self.corners.parameter(self.start % TURN)
+        return round_from(knots, begin, self.corners.length) if begin else knots
 
     @cached_property
     def corners(self) -> Corners:

@@ -134,10 +134,14 @@ def knots_from(track: Track, start: float) -> Floats:
     knots = track.knots()
     if not track.closed or start % TURN == 0.0:
         return knots
-    begin = track.span[0] + start % TURN
-    shifted = np.concatenate([knots, knots[1:] + TURN])
-    inside = shifted[(shifted > begin + 1e-12) & (shifted < begin + TURN - 1e-12)]
-    return np.concatenate([[begin], inside, [begin + TURN]])
+    return round_from(knots, track.span[0] + start % TURN, TURN)
+
+
+def round_from(knots: Floats, begin: float, whole: float) -> Floats:
+    """Knots (k,) of a closed path, `whole` apart from end to end, over the round that begins somewhere else."""
+    shifted = np.concatenate([knots, knots[1:] + whole])
+    inside = shifted[(shifted > begin + 1e-12) & (shifted < begin + whole - 1e-12)]
+    return np.concatenate([[begin], inside, [begin + whole]])
 
 
 def roller_at(track: Track, t: float) -> tuple[float, float]:

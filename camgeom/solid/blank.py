@@ -66,6 +66,16 @@ class Bore:
         return points, names
 
 
+def arc_of(
+    start: tuple[float, float], end: tuple[float, float], about: tuple[float, float]
+) -> tuple[Floats, float, float, float]:
+    """The shorter arc about a centre from (r, z) to (r, z): centre (2,) and radius, mm, first angle and sweep, rad."""
+    centre = np.array(about, dtype=float)
+    low, high = np.array(start) - centre, np.array(end) - centre
+    a0, a1 = float(np.arctan2(low[1], low[0])), float(np.arctan2(high[1], high[0]))
+    return centre, float(np.hypot(*low)), a0, (a1 - a0 + pi) % (2.0 * pi) - pi
+
+
 def chord_step(radius: float, tolerance: float) -> float:
     """Largest angle step (rad) whose chord stays within tolerance of a circle: sag = R (1 - cos(step / 2))."""
     return 2.0 * float(np.arccos(max(0.0, 1.0 - min(1.0, tolerance / radius)))) if radius > 0.0 else pi
@@ -122,11 +132,7 @@ class Blank:
                 points.append(np.array(stop))
                 names.append(name)
                 continue
-            centre = np.array(arc)
-            low, high = np.array(start) - centre, np.array(stop) - centre
-            radius = float(np.hypot(*low))
-            a0, a1 = float(np.arctan2(low[1], low[0])), float(np.arctan2(high[1], high[0]))
-            sweep = (a1 - a0 + pi) % (2.0 * pi) - pi
+            centre, radius, a0, sweep = arc_of(start, stop, arc)
             parts = max(1, ceil(abs(sweep) / chord_step(radius, tolerance)))
             angle = a0 + sweep * np.arange(1, parts + 1) / parts
             points.extend(centre + radius * np.array([cos(t), sin(t)]) for t in angle[:-1])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
@@ -60,7 +61,7 @@ class TurretBody:
         assert isinstance(joint, Swing)
         disc = Blank(((self.radius, self.low), (self.radius, self.high)), None, (None,), ("body",)).mesh(tolerance)
         turn = np.exp(-1j * self.track.sense * self.cam_angle)
-        place, axis = _turned(np.array(joint.centre), turn), _turned(np.array(joint.axis), turn)
+        place, axis = turned(joint.centre, turn), turned(joint.axis, turn)
         bodies = [_moved(disc, place, axis)]
         roller = self._roller().mesh(tolerance)
         for k in range(self.rollers if most is None else min(self.rollers, most)):
@@ -124,7 +125,9 @@ class StackedTurret:
         return replace(self.rings[0], rollers=0, radius=self.shaft, low=self.low, high=self.high)
 
 
-def _turned(vector: Floats, turn: complex) -> Floats:
+def turned(vector: npt.ArrayLike, turn: complex) -> Floats:
+    """A vector (3,) turned about Z by the angle of a unit complex number."""
+    vector = np.asarray(vector)
     z = (vector[0] + 1j * vector[1]) * turn
     return np.array([z.real, z.imag, vector[2]])
 

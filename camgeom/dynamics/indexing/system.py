@@ -148,6 +148,13 @@ class TorsionSystem:
         far = np.abs(nodes[:, None] - own).min(1) > SAME * step
         return np.sort(np.concatenate([own, nodes[far]]))
 
+    def linear_contact(self, theta: Floats, q: Floats, u: Floats, tau: Floats) -> Floats:
+        """Contact torque (b, n) in N m by the motion's jet tau (3, ...) at the cam angle of a cam that is not wound up.
+        """
+        stretch = q[..., 1] - tau[1] * q[..., 0]
+        rate = self.rates(theta)[0] * (u[..., 1] - tau[1] * u[..., 0] - tau[2] * q[..., 0])
+        return np.asarray(self.drive.contact_stiffness_at(theta) * stretch + self.drive.contact_damping * rate)
+
     def exact_contact(self, theta: Floats, q: Floats, u: Floats, side: Side = "right") -> tuple[Floats, Floats]:
         """Contact torque (b, n) in N m at the turret and the slope tau' at the cam's true angle theta + q1."""
         omega, _ = self.rates(theta)
@@ -162,9 +169,7 @@ class TorsionSystem:
         q, u = position, rate
         omega, _ = self.rates(theta)
         tau = self.jet(theta, 2, side)
-        stretch = q[..., 1] - tau[1] * q[..., 0]
-        closing = omega * (u[..., 1] - tau[1] * u[..., 0] - tau[2] * q[..., 0])
-        straight = self.drive.contact_stiffness_at(theta) * stretch + self.drive.contact_damping * closing
+        straight = self.linear_contact(theta, q, u, tau)
         torque, slope = self.exact_contact(theta, q, u, side)
         out = np.zeros_like(q)
         out[..., 0] = (slope * torque - tau[1] * straight) / (self.mass[0] * omega**2)
@@ -237,12 +242,9 @@ def _torque(system: TorsionSystem, name: str, theta: Floats, q: Floats, u: Float
         return np.asarray(
             d.output_stiffness * (q[..., 2] - q[..., 1]) + d.output_damping * omega * (u[..., 2] - u[..., 1])
         )
-    tau = system.jet(theta, 2, side)
-    stretch = q[..., 1] - tau[1] * q[..., 0]
-    rate = omega * (u[..., 1] - tau[1] * u[..., 0] - tau[2] * q[..., 0])
     if system.exact:
         return system.exact_contact(theta, q, u, side)[0]
-    return np.asarray(d.contact_stiffness_at(theta) * stretch + d.contact_damping * rate)
+    return system.linear_contact(theta, q, u, system.jet(theta, 2, side))
 
 
 DriveResponse = Response[TorsionSystem]

@@ -41,7 +41,7 @@ from camgeom.solid.frame import FramePlate
 from camgeom.solid.grooves import GroovedDrum
 from camgeom.solid.pocket import EdgePlate, PocketPlate
 from camgeom.solid.prism import GroovedPlate, Prism
-from camgeom.solid.turret import STUD_SHARE, StackedTurret, TurretBody
+from camgeom.solid.turret import STUD_SHARE, StackedTurret, TurretBody, turned
 from camgeom.track import TURN, Arc, Swing, Track
 
 if TYPE_CHECKING:
@@ -169,7 +169,7 @@ def _disc(body: TurretBody, name: str, tolerance: float) -> Placed:
     joint = body.track.joint
     assert isinstance(joint, Swing)
     turn = np.exp(-1j * body.track.sense * body.cam_angle)
-    frame = Frame.about(_turned(joint.centre, turn), _turned(joint.axis, turn))
+    frame = Frame.about(turned(joint.centre, turn), turned(joint.axis, turn))
     outline = ((body.radius, body.low), (body.radius, body.high))
     disc = revolved_solid(outline, names=("body",), name=name, tolerance=tolerance)
     return Placed(replace(disc, colour=TURRET_COLOUR), frame, name)
@@ -220,11 +220,6 @@ def _stand(track: Track, cam_angle: float) -> Frame:
     """Where the roller's own axis and its delta = 0 are at a cam angle."""
     pose = track.pose(np.array([cam_angle]), 0)
     return Frame.about(vector(pose.a[0][:, 0]), vector(pose.u[0][:, 0]))
-
-
-def _turned(values: tuple[float, float, float], turn: complex) -> Floats:
-    z = (values[0] + 1j * values[1]) * turn
-    return np.array([z.real, z.imag, values[2]])
 
 
 ALONG = (1.0, 0.0, 0.0)

@@ -21,7 +21,7 @@ from camgeom.export.step.shell import Shell, ShellBand, shell
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.solid import TOUCHED
-from camgeom.solid.blank import Bore
+from camgeom.solid.blank import Bore, arc_of
 from camgeom.solid.pocket import EdgePlate, PocketPlate, named
 from camgeom.solid.prism import FaceGroove, GroovedPlate, Prism
 from camgeom.solid.prism import Loop as BodyLoop
@@ -171,11 +171,7 @@ def arc_meridian(
     start: tuple[float, float], end: tuple[float, float], centre: tuple[float, float]
 ) -> Callable[[Floats], Floats]:
     """The shorter arc about a centre from (r, z) to (r, z), mm."""
-    c = np.array(centre, dtype=float)
-    low, high = np.array(start) - c, np.array(end) - c
-    radius = float(np.hypot(*low))
-    a0, a1 = float(np.arctan2(low[1], low[0])), float(np.arctan2(high[1], high[0]))
-    sweep = (a1 - a0 + pi) % (2.0 * pi) - pi
+    c, radius, a0, sweep = arc_of(start, end, centre)
 
     def point(share: Floats) -> Floats:
         angle = a0 + sweep * share
