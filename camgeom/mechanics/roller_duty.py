@@ -30,7 +30,9 @@ from camgeom.mechanics.duty import (
     patch_data,
     peak_of,
     slice_data,
+    slice_shares,
     torque_data,
+    with_ends,
 )
 from camgeom.mechanics.hertz import Beneath, beneath_line, beneath_point, line_depth, line_flexibility
 from camgeom.mechanics.life import CamLife, RollerLife, cam_life, roller_life
@@ -560,30 +562,46 @@ class RollerDuty(Duty):
         """Load times sliding way over a turn, N mm: of places that roll less than the middle, or than the crest of
         a crown, and along the axis.
         """
-        load, _, slip, width = self._rubs
-        return float(self.force.panels.integral((load * slip * width).sum(axis=0)))
+        work, *_, width = self._rubs
+        return float(self.force.panels.integral((work * width).sum(axis=0)))
 
     @cached_property
-    def _rubs(self) -> tuple[Floats, Floats, Floats, Floats | float]:
-        """Of the slices, under a crown of WITHIN places along its ellipses, (m, p, n) each: load per length, N/mm, the
-        contact's speed along the cam and sliding, mm/rad; and the length of each, mm."""
-        if self.crowned is None:
-            return self._slice_load, *self._runs[1:], self.pressing.touching / len(self.slice_places)
-        crest, (low, high) = self.crowned.crest, self.crowned.pressed_places
-        share = (np.arange(WITHIN) + 0.5) / WITHIN
-        places = np.broadcast_to((low + share * (high - low))[:, None, None], (WITHIN, *crest.shape))
-        first, last = self.pressing.stretch
-        load = np.where((places >= first) & (places <= last), np.abs(self.crowned.contact(places - crest).normal), 0.0)
-        return load, *self.pressing.runs(places, crest)[1:], (high - low) / WITHIN
+    def _rubs(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Of places along the roller, its ends among them, (m, p, n) each: load per length times sliding way, N/rad,
+        that over the roller's circumference there and over the contact's speed along the cam, N/mm, and the length that
+        each stands for, mm."""
+        if self.crowned is not None:
+            # Of WITHIN places along its ellipses: nothing is left of the load at their ends.
+            crest, (low, high) = self.crowned.crest, self.crowned.pressed_places
+            share = (np.arange(WITHIN) + 0.5) / WITHIN
+            places = np.broadcast_to((low + share * (high - low))[:, None, None], (WITHIN, *crest.shape))
+            first, last = self.pressing.stretch
+            bears = (places >= first) & (places <= last)
+            load = np.where(bears, np.abs(self.crowned.contact(places - crest).normal), 0.0)
+            return self._rubbed(load, places, *self.pressing.runs(places, crest)[1:], np.array((high - low) / WITHIN))
+        places, length = self.slice_places, self.pressing.touching
+        if self.finite is None:
+            rubs = self._rubbed(self._slice_load, places, *self._runs[1:], length / SLICES)
+            each = slice_shares(SLICES)[:, None, None]
+            return with_ends(rubs[0]), with_ends(rubs[1]), with_ends(rubs[2]), each * rubs[3]
+        share = np.gradient(self._shares)
+        share[[0, -1]] *= 0.5
+        return self._rubbed(self._slice_load, places, *self._runs[1:], share[:, None, None] * length)
+
+    def _rubbed(
+        self, load: Floats, places: Floats, on_cam: Floats, slip: Floats, width: Floats
+    ) -> tuple[Floats, Floats, Floats, Floats]:
+        work, meridian = load * slip, self.track.meridian
+        radius = meridian.jet(meridian.parameters(places.ravel()))[3].reshape(places.shape)
+        passed = np.divide(work, on_cam, out=np.zeros_like(work), where=on_cam > 0.0)
+        return work, work / (2.0 * np.pi * radius), passed, width
 
     @cached_property
     def rubbing(self) -> dict[str, float]:
         """Load per width times sliding way that passes a point of cam and roller, N/mm; see `Duty.rubbing`."""
-        load, on_cam, slip, _ = self._rubs
-        share = np.divide(slip, on_cam, out=np.zeros_like(slip), where=on_cam > 0.0)
-        work = self.force.panels.integral(load * slip)
-        round_it = 2.0 * np.pi * self.radius
-        return {"roller": float(np.max(work) / round_it), "cam": self.passes * float((load * share).max())}
+        _, on_roller, on_cam, _ = self._rubs
+        roller = float(self.force.panels.integral(on_roller).max())
+        return {"roller": roller, "cam": self.passes * float(on_cam.max())}
 
     @cached_property
     def lives(self) -> dict[str, float]:

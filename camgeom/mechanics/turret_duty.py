@@ -41,7 +41,9 @@ from camgeom.mechanics.duty import (
     length_data,
     patch_data,
     slice_data,
+    slice_shares,
     torque_data,
+    with_ends,
 )
 from camgeom.mechanics.hertz import Beneath, allowable_load, beneath_line, line_depth, line_flexibility, line_pressure
 from camgeom.mechanics.life import hours
@@ -647,7 +649,12 @@ class TurretDuty(Duty):
     @cached_property
     def rubbed(self) -> float:
         """Load times sliding way of all rollers over a turn, N mm."""
-        total = (self._rubbed_load * self._cover).sum(axis=(1, 2))[self._nodes]
+        each = self._ended(self._rubbed_load)
+        cover = np.moveaxis(self._cover, -1, 0)
+        width = cover if len(each) == len(cover) else (
+            slice_shares(len(cover))[:, None, None] * np.concatenate([cover[:1], cover, cover[-1:]])
+        )
+        total = (each * width).sum(axis=(0, 2))[self._nodes]
         return float(self.force.panels.integral(total.reshape(self.force.panels.theta.shape)))
 
     @cached_property
@@ -657,8 +664,15 @@ class TurretDuty(Duty):
         share = np.divide(sliding, on_cam, out=np.zeros_like(sliding), where=on_cam > 0.0)
         # A roller's own share of the turns of the cam; the next turn is another roller's.
         turns = self.speed / TURN * 3600.0
-        each = self._through(self._rubbed_load).max(initial=0.0) * self.passes_per_hour / turns
-        return {"roller": float(each / (TURN * self._radius)), "cam": float((self.line_load * share).max())}
+        radii = self.tracks[0].meridian.jet(self.engagement.stations)[3]
+        through = self._ended(self._through(self._rubbed_load / (TURN * radii))).max(initial=0.0)
+        roller = through * self.passes_per_hour / turns
+        return {"roller": float(roller), "cam": float(self._ended(self.line_load * share).max())}
+
+    def _ended(self, values: Floats) -> Floats:
+        """Values of the slices (..., m) with those at their ends, the slices first; under a crown there is no load."""
+        slices = np.moveaxis(values, -1, 0)
+        return slices if self.engagement.graded else with_ends(slices)
 
     @cached_property
     def contact_forces(self) -> Floats:
