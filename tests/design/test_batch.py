@@ -223,18 +223,26 @@ def test_what_samples_cannot_tell_is_asked_of_the_exact_outline(monkeypatch: pyt
 
 
 @pytest.mark.parametrize(
-    ("data", "values"),
+    ("data", "values", "too_wide"),
     [
         # A contact wider than its roller, of which neighbouring samples tell nothing.
         (plates(law="cycloidal"), (134.0202709, 222.1891993, 12.77556113, 0.01658566029, 76.74444637, 0.9865649376,
-                                   25.5647408, 273.703125, 153.4856534, 7851.343006)),
+                                   25.5647408, 273.703125, 153.4856534, 7851.343006), True),
+        # The same in a stretch of wall between two samples, along which the lever changes its sign: half the force.
+        (plates(rollers=16, count=4, law="4-5-6-7"),
+         (145.366593, 203.2433154, 18.16087214, 0.00411804167, 79.93990588, 0.9396372012, 21.12106609, 300.2383533,
+          127.4986837, 1436.948844), True),
+        # A pressure whose peak is two steps wide: 1.8e-3 too low.
+        (plates(rollers=16, count=4, law="3-4-5"),
+         (144.3195962, 217.6241864, 12.17201716, 0.02072120907, 82.70066102, 0.216185718, 19.93928757, 291.0680216,
+          166.6595947, 29018.13242), False),
         # A band that is bent most beside where its roller comes: the margin against undercut was 2e-3 too large.
         (plates(rollers=16, count=4, law="modified-trapezoid"),
          (144.5266646, 221.1439956, 17.50166191, 0.003814769392, 82.13681973, 0.1140714056,
-          18.290932, 308.2554203, 189.0641519, 1048.38303)),
+          18.290932, 308.2554203, 189.0641519, 1048.38303), False),
     ],
 )  # fmt: skip
-def test_what_stands_between_samples_of_plates_is_found(data: Data, values: tuple[float, ...]) -> None:
+def test_what_stands_between_samples_of_plates_is_found(data: Data, values: tuple[float, ...], too_wide: bool) -> None:
     """As at every quarter of a fine step."""
     data["cam"]["direction"] = "ccw"
     keys = ("cam.center_distance", "cam.diameter", "cam.width", "cam.running_clearance", "follower.pitch_radius",
@@ -243,14 +251,16 @@ def test_what_stands_between_samples_of_plates_is_found(data: Data, values: tupl
     walls, words = every.walled()
     assert words == [""]
     found = Plates(every.variants, every.motion, walls)
-    steps, bend, wide = np.arange(0.0, FINE + 0.1, 0.25)[:, None], -np.inf, 0.0
+    steps, bend, square, wide = np.arange(0.0, FINE + 0.1, 0.25)[:, None], -np.inf, 0.0, 0.0
     for piece in range(found.motion.moving):
         points = found.motion.at(np.full(steps.shape, piece), steps)
         beside = found.beside(points)
-        bend = max(bend, beside.bend.max())
-        wide = max(wide, found._pressed(beside, points)[2].max())
+        pressed = found._pressed(beside, points)
+        bend, square, wide = (max(pair) for pair in zip((bend, square, wide), (beside.bend.max(), pressed[0].max(),
+                                                                              pressed[2].max())))  # fmt: skip
     assert found.bend[0] >= bend * (1.0 - 2e-5)
-    assert bool(found.wide[0]) is bool(wide > 1.0) is (data["cam"]["plates"] == 2)
+    assert bool(found.wide[0]) is bool(wide > 1.0) is too_wide
+    assert too_wide or found.square[0] >= square * (1.0 - 1e-4)
 
 
 def test_where_no_roller_bears_is_told() -> None:
@@ -316,6 +326,11 @@ def test_nobody_pays_who_does_not_ask() -> None:
         ("drum, groove, guides", (99, 0), 1500, 890, "contact.peak_slice_pressure_mpa"),
         # Samples are largest at the end of a piece, where it is what the next one begins with and rises on by 6e-4.
         ("disc, knife edge on a slide", (99, 0), 1500, 235, "flank.min_convex_radius_mm"),
+        # The least force is at the end of a piece: a parabola over the bend in another one stood above it, by 1e-3.
+        ("disc, knife edge on a slide", (98, 4), 400, 191, "contact.least_force_n"),
+        # The thrust in the guides turns between two samples, where the force has a bend: by 8e-4.
+        ("conjugate pair, slide", (98, 4), 400, 86, "contact.peak_force_n"),
+        ("disc, roller on a slide", (98, 4), 400, 64, "contact.peak_pressure_mpa"),
         # A roller's inner end comes over the barrel's face between two samples, where the angle is largest: by 2.6e-3.
         ("indexer, barrel", (17, 50), 25, 15, "flank.max_axis_pressure_angle_deg"),
     ],

@@ -276,7 +276,7 @@ class Axial(ABC):
                 force = self.force(points) if force is None else force
                 return _only(way, force, np.abs(self.normal(points, way, force, self.quoted)))
 
-            forces.append(self.motion.largest(normal, normal(self.motion.samples, self.sampled_force)))
+            forces.append(self.motion.largest(normal, normal(self.motion.samples, self.sampled_force), self.guided))
         return np.asarray(np.max(forces, axis=0))
 
     @cached_property
@@ -287,7 +287,7 @@ class Axial(ABC):
             force = self.force(points) if force is None else force
             return np.abs(self.pushed(points, force) * points.ds)
 
-        return MILLI * self.motion.largest(torque, torque(self.motion.samples, self.sampled_force))
+        return MILLI * self.motion.largest(torque, torque(self.motion.samples, self.sampled_force), self.guided)
 
     @cached_property
     def mean_torque(self) -> Floats:
@@ -398,7 +398,7 @@ class Axial(ABC):
             force = self.force(points)
             return _only(way, force, self.square(points, way, force))
 
-        quoted = on.largest(square, _only(way, force, self.square(on.samples, way, force)))
+        quoted = on.largest(square, _only(way, force, self.square(on.samples, way, force)), self.guided)
         few = self.slices(on.samples, way, force, self.tried)
         lost = self._lost(way, few.touching)
         # How the load is shared moves the hardest place along its piece, and either end may be the harder one.

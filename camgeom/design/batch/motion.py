@@ -32,6 +32,8 @@ TOPS = 3
 """pieces in which the largest of a quantity is computed again"""
 STEEP = 1e-3
 ROUNDS = 4
+SCAN, SCANNED = 10, (FINE // 64, 2)
+"""places on either side of a largest sample at which a quantity with bends is looked at, and their spacings in turn"""
 MIRRORED, BENT = 1e-11, 1e-6
 """shares by which the largest samples of two pieces and their second differences differ where one mirrors the other"""
 
@@ -191,7 +193,7 @@ class Motion:
         for _ in range(min(count, len(number)) - 1):
             most[found[-1], one] = -np.inf
             best = top_row(most)
-            higher = most[best, one] > sure
+            higher = most[best, one] >= sure
             if not higher.any():
                 break
             found.append(best)
@@ -249,6 +251,10 @@ class Motion:
 
     def whenever(self, theta: Floats) -> Points:
         """The motion at cam angles (k, n), rad, of any turn."""
+        return self.at(*self.placed(theta))
+
+    def placed(self, theta: Floats) -> tuple[Ints, Floats]:
+        """Pieces and fine steps, (k, n), of cam angles, rad, of any turn."""
         begin, long, *_ = self._columns
         at = np.mod(theta, TURN)
         place: Ints = np.zeros(at.shape, dtype=np.intp)
@@ -257,7 +263,7 @@ class Motion:
         piece = self.order.take(place)
         which = piece if begin.shape[2] == 1 else piece * self.size + np.arange(self.size)
         share = (at - begin.reshape(-1).take(which)) / long.reshape(-1).take(which)
-        return self.at(piece, FINE * np.clip(share, 0.0, 1.0))
+        return piece, FINE * np.clip(share, 0.0, 1.0)
 
     def reached(self, lift: Floats) -> Points:
         """The motion at the fine step where it reaches lifts, mm or rad, (k, n), if it never turns back: (k, n)."""
@@ -274,10 +280,25 @@ class Motion:
             j[rows] = np.interp(share[rows], (f - f[0]) / (f[-1] - f[0]), np.arange(FINE + 1.0))
         return self.at(piece, j)
 
-    def largest(self, again: Callable[[Points], Floats], values: Floats | None = None) -> Floats:
-        """The largest of a quantity of points, (n,): sampled, and computed again near its largest samples."""
-        *places, _ = self.tops(again(self.samples) if values is None else values)
-        return np.asarray(self.laid(again, *places)[1].max(axis=0))
+    def largest(self, again: Callable[[Points], Floats], values: Floats | None = None, bent: bool = False) -> Floats:
+        """The largest of a quantity of points, (n,): sampled, and computed again near its largest samples.
+
+        bent  whether it may have bends between samples: it is then looked at more closely on both sides of them
+        """
+        values = again(self.samples) if values is None else values
+        found = self.laid(again, *self.sought(again, values, bent))[1]
+        return np.asarray(np.maximum(found.max(axis=0), values.max(axis=0)))
+
+    def sought(self, again: Callable[[Points], Floats], values: Floats, bent: bool) -> tuple[Ints, Ints]:
+        """Where samples (P, n) of a quantity are largest: pieces and fine steps, (k, n)."""
+        piece, step, _ = self.tops(values)
+        for spacing in SCANNED if bent else ():
+            steps = np.clip(step + spacing * np.arange(-SCAN, SCAN + 1)[:, None, None], REACH, FINE - REACH)
+            pieces = np.broadcast_to(piece, steps.shape).reshape(-1, self.size)
+            found = np.broadcast_to(again(self.at(pieces, steps.reshape(-1, self.size))), pieces.shape)
+            top = top_row(found.reshape(len(steps), -1)).reshape(piece.shape)
+            step = np.take_along_axis(steps, top[None], axis=0)[0]
+        return piece, step
 
     def laid(self, again: Callable[[Points], Floats], piece: Ints, step: Ints) -> tuple[Points, Floats, Floats]:
         """The largest of a quantity near places (n,) or (k, n): three points about each, (3, n) or (3 k, n), value and
@@ -296,9 +317,9 @@ class Motion:
             step, reach = np.where(more, moved, step), closer
         return near, value, at
 
-    def smallest(self, again: Callable[[Points], Floats], values: Floats | None = None) -> Floats:
+    def smallest(self, again: Callable[[Points], Floats], values: Floats | None = None, bent: bool = False) -> Floats:
         """The smallest, likewise."""
-        return -self.largest(lambda points: -again(points), None if values is None else -values)
+        return -self.largest(lambda points: -again(points), None if values is None else -values, bent)
 
     @cached_property
     def weights(self) -> Floats:

@@ -52,7 +52,7 @@ TOPS = 3
 """of the largest samples, apart from each other, about which a largest quantity is looked for"""
 STEP = FINE // (DENSE - 1)
 """fine steps between two samples"""
-SMOOTH = 4.0
+SMOOTH = 1.0
 """fine steps down to which a quantity is looked for that has no bend where it is largest"""
 NEARLY = 0.85
 """bend of a wall by the roller's radius, at the samples, from which on it is looked at whether it folds"""
@@ -62,6 +62,8 @@ KEEN = 0.1
 """the same of one of which little is left of 1 where a wall is nearly undercut"""
 PARTS = 4
 """of a step between samples, and then of a part, in which a largest quantity is looked for"""
+FINER = 8.0
+"""by how much finer than between its samples it is looked for in a short stretch of wall"""
 GEOMETRY = (
     "motion.stroke_deg",
     *motion_figures("deg", "rad"),
@@ -122,8 +124,11 @@ def kernel(profile: Profile, columns: Mapping[str, Floats], figures: Sequence[st
 
 SPIKE = 10.0
 """times the difference of neighbouring samples by which a largest quantity may stand above them"""
+SHORT = 0.25
+"""the same of neighbours in a short stretch of wall, twice what a parabola has"""
 HAIR = 1e-5
 """share of itself by which a largest quantity is not looked for any further"""
+Window = tuple[Ints, Floats, Floats, Floats]
 Quantity = Callable[["Plates", "Beside", Points], Floats]
 """Something of the rollers of cams beside their plates at points, (P, n)."""
 
@@ -275,38 +280,30 @@ class Plates(Driven):
         return Beside(on.shape, flat, place, variant, lever, side * bend / (square * pace), tangent)
 
     @cached_property
+    def _shortest(self) -> tuple[Ints, Floats, Floats]:
+        """The shortest stretches of wall, by their rows, and cam angles between which they are, rad, (SHORTEST, n)."""
+        *_, begin, end = self.stretches
+        order = np.argsort(np.where(end > begin, end - begin, np.inf), axis=0)[:SHORTEST]
+        low, high = (np.take_along_axis(one, order, axis=0) for one in (begin, end))
+        return order, low, high
+
+    @cached_property
     def points(self) -> Points:
         """The samples of the motion, both sides of where a roller comes to bear or ceases to, and places in between of
         the shortest stretches, which the samples may miss, (P, n)."""
         *_, begin, end = self.stretches
         there = end > begin
         beside = [np.where(there, one, 0.5 * TURN) + way for one in (begin, end) for way in (-BESIDE, BESIDE)]
-        order = np.argsort(np.where(there, end - begin, np.inf), axis=0)[:SHORTEST]
-        low, high = (np.take_along_axis(one, order, axis=0) for one in (begin, end))
+        _, low, high = self._shortest
         between = [low + share * (high - low) for share in BETWEEN]
         events = self.motion.whenever(np.clip(np.concatenate(beside + between), 0.0, TURN * (1.0 - 1e-15)))
         return _joined(self.motion.sampled(DENSE), events, self.motion.size)
 
-    @cached_property
-    def sampled(self) -> Beside:
-        """The rollers at these."""
-        return self.beside(self.points)
-
-    def largest(
-        self, what: Quantity, values: Floats | None = None, finest: float = 1.0, poles: bool = False
-    ) -> Floats:
-        """Largest of a quantity (P, n) of the rollers beside their plates over the turn, (n,).
-
-        Where rollers come and go it may jump or be bent: it is looked for ever finer about the best samples, as long as
-        more may lie beside them than the largest found: as far above as they differ from their neighbours.
-
-        values  of the samples, where they are known
-        finest  of a piece's fine steps
-        poles   whether it may have some between samples, of which neighbours tell nothing
-        """
-        values = what(self, self.sampled, self.points) if values is None else values
+    def _windows(self, values: Floats) -> Window:
+        """About the largest values (P, n) at the samples: piece, fine step and reach, (k, n), and the three values, (3,
+        k, n), so far from each other."""
         whole, one = self.motion.moving * DENSE, np.arange(self.motion.size)
-        best, moving = values.max(axis=0), values[:whole]
+        moving = values[:whole]
         left, tops = moving.copy(), list[Ints]()
         for _ in range(TOPS):
             tops.append(left.argmax(axis=0))
@@ -315,24 +312,69 @@ class Plates(Driven):
         piece, sample = np.divmod(np.array(tops), DENSE)
         middle = np.clip(sample, 1, DENSE - 2)
         three = np.stack([moving[piece * DENSE + middle + k, one] for k in (-1, 0, 1)])
-        top, variant = np.nonzero(poles | _more(three, best, SPIKE))
-        piece, step, three = piece[top, variant], middle[top, variant] * float(STEP), three[:, top, variant]
-        cams, reach, inner = self.of(variant), float(STEP), [k for k in range(-PARTS + 1, PARTS) if k]
-        while reach > finest and variant.size:
-            reach /= PARTS
-            steps = step + reach * np.array(inner)[:, None]
+        return piece, middle * float(STEP), np.full(piece.shape, float(STEP)), three
+
+    def _short_windows(self, values: Floats) -> Window:
+        """The same in the shortest stretches; no reach where there is none or its largest value is at an end of it,
+        where it is known."""
+        order, low, high = self._shortest
+        count, each = len(self.stretches[0]), len(BETWEEN)
+        events = values[len(values) - 4 * count - each * len(order) :]
+        # Beside its begin, at places between, beside its end.
+        first, last = (np.take_along_axis(events[k * count : (k + 1) * count], order, axis=0) for k in (1, 2))
+        grid = np.stack([first, *events[4 * count :].reshape(each, *order.shape), last])
+        top = grid.argmax(axis=0)
+        inside = (top > 0) & (top <= each) & (high > low)
+        top = np.clip(top, 1, each)
+        long = np.where(inside, high - low, 0.0) / (each + 1)
+        piece, step = self.motion.placed(np.where(inside, low + top * long, 0.0))
+        widths = np.broadcast_to(self.motion.widths, (len(self.motion.rows), self.motion.size))
+        three = np.stack([np.take_along_axis(grid, (top + k)[None], axis=0)[0] for k in (-1, 0, 1)])
+        return piece, step, FINE * long / widths[piece, np.arange(self.motion.size)], three
+
+    @cached_property
+    def sampled(self) -> Beside:
+        """The rollers at these."""
+        return self.beside(self.points)
+
+    def largest(
+        self, what: Quantity, values: Floats | None = None, finest: float = 1.0, poles: bool = False,
+        short: bool = False,
+    ) -> Floats:  # fmt: skip
+        """Largest of a quantity (P, n) of the rollers beside their plates over the turn, (n,).
+
+        Where rollers come and go it may jump or be bent: it is looked for ever finer about the best samples, as long as
+        more may lie beside them than the largest found: as far above as they differ from their neighbours.
+
+        values  of the samples, where they are known
+        finest  of a piece's fine steps
+        poles   whether it may have some between samples, of which neighbours tell nothing
+        short   whether it is looked for in short stretches of wall too, in which a lever may change its sign
+        """
+        values = what(self, self.sampled, self.points) if values is None else values
+        best = values.max(axis=0)
+        windows = [self._windows(values), *((self._short_windows(values),) if short else ())]
+        piece, step, reach, three = (np.concatenate(some, axis=-2) for some in zip(*windows))
+        fine = np.minimum(finest, reach / FINER)
+        times = np.repeat([SPIKE, SHORT], [TOPS, len(reach) - TOPS])[:, None]
+        top, variant = np.nonzero((poles | _more(three, best, times)) & (reach > fine))
+        piece, step, reach, fine = piece[top, variant], step[top, variant], reach[top, variant], fine[top, variant]
+        three, cams, inner = three[:, top, variant], self.of(variant), [k for k in range(-PARTS + 1, PARTS) if k]
+        while variant.size:
+            reach = reach / PARTS
+            steps = np.clip(step + reach * np.array(inner)[:, None], 0.0, FINE)
             points = cams.motion.at(np.broadcast_to(piece, steps.shape), steps)
             found = what(cams, cams.beside(points), points)
             np.maximum.at(best, variant, found.max(axis=0))
             # Three of the places were looked at before.
             found = np.stack([three[0], *found[: PARTS - 1], three[1], *found[PARTS - 1 :], three[2]])
             top, each = np.clip(top_row(found), 1, 2 * PARTS - 1), np.arange(len(variant))
-            step = step + reach * (top - PARTS)
+            step = np.clip(step + reach * (top - PARTS), 0.0, FINE)
             three = np.stack([found[top + k, each] for k in (-1, 0, 1)])
-            rows = np.flatnonzero(poles | _more(three, best[variant]))
+            rows = np.flatnonzero((poles | _more(three, best[variant])) & (reach > fine))
             if len(rows) < len(variant):
-                piece, step, three, variant = piece[rows], step[rows], three[:, rows], variant[rows]
-                cams = cams.of(rows)
+                piece, step, reach, fine = piece[rows], step[rows], reach[rows], fine[rows]
+                variant, three, cams = variant[rows], three[:, rows], cams.of(rows)
         return np.asarray(best)
 
     @cached_property
@@ -408,7 +450,7 @@ class Plates(Driven):
     def _most(self, which: Literal[0, 1, 2]) -> Floats:
         """Largest of the squares of the pressure, of the force on a roller, or of the squares of half-widths."""
         return self.largest(lambda cams, beside, points: cams._pressed(beside, points)[which],
-                            self._sampled_load[which], SMOOTH, which == 2)  # fmt: skip
+                            self._sampled_load[which], SMOOTH, which == 2, short=True)  # fmt: skip
 
     @cached_property
     def square(self) -> Floats:
@@ -459,7 +501,7 @@ class Beside:
         return found
 
 
-def _more(three: Floats, best: Floats, times: float = 1.0) -> Mask:
+def _more(three: Floats, best: Floats, times: Floats | float = 1.0) -> Mask:
     """Whether beside the middle of three values (3, ...) there may be more than the largest found: as many times above
     as they differ."""
     most = three.max(axis=0)

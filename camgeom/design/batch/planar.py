@@ -197,17 +197,25 @@ class Cams:
             return self.motion.figure(name, unit, self.omega)
         return FIGURES[name](self)
 
-    def largest(self, what: Quantity, seen: Seen) -> Floats:
-        """The largest of a quantity of one touch, refined, (n,)."""
-        return self.motion.largest(lambda p: what(self.seen(seen.touch, p)), what(seen))
+    def largest(self, what: Quantity, seen: Seen, pressed: bool = False) -> Floats:
+        """The largest of a quantity of one touch, refined, (n,).
 
-    def smallest(self, what: Quantity, seen: Seen) -> Floats:
+        pressed  whether it rests on the force at the contact, which has bends where a thrust in the guides turns
+        """
+        return self.motion.largest(lambda p: what(self.seen(seen.touch, p)), what(seen), pressed and self.rubbed)
+
+    def smallest(self, what: Quantity, seen: Seen, pressed: bool = False) -> Floats:
         """The smallest."""
-        return self.motion.smallest(lambda p: what(self.seen(seen.touch, p)), what(seen))
+        return -self.largest(lambda s: -what(s), seen, pressed)
 
-    def most(self, what: Quantity) -> Floats:
+    def most(self, what: Quantity, pressed: bool = False) -> Floats:
         """The largest over all touches, (n,)."""
-        return np.asarray(np.max([self.largest(what, seen) for seen in self.all], axis=0))
+        return np.asarray(np.max([self.largest(what, seen, pressed) for seen in self.all], axis=0))
+
+    @property
+    def rubbed(self) -> bool:
+        """Whether the follower's guides have friction."""
+        return self.guide is not None
 
     @cached_property
     def highs(self) -> tuple[Floats, ...]:
@@ -278,13 +286,13 @@ class Cams:
     @cached_property
     def peaks(self) -> tuple[Floats, ...]:
         """Of every touch the squared largest pressure, MPa²."""
-        return tuple(self.motion.largest(partial(self._square, seen.touch), seen.square) for seen in self.all)
+        return tuple(self.largest(lambda s: s.square, seen, pressed=True) for seen in self.all)
 
     def _radius_of_peak(self, whole: Seen) -> Floats:
         """Relative radius where the pressure is largest, mm: of peaks which may be as good as alike that of the
         largest."""
-        *places, _ = self.motion.tops(whole.square)
-        near, value, at = self.motion.laid(partial(self._square, whole.touch), *places)
+        square = partial(self._square, whole.touch)
+        near, value, at = self.motion.laid(square, *self.motion.sought(square, whole.square, self.rubbed))
         radius = np.broadcast_to(self.seen(whole.touch, near).relative_radius, near.s.shape)
         low, mid, high = radius.reshape(3, *value.shape)
         found = mid + at * (0.5 * (high - low) + 0.5 * at * (low - 2.0 * mid + high))
@@ -305,7 +313,7 @@ class Cams:
 
     def of_duty(self, what: Quantity) -> Floats:
         """The largest of a quantity over what one duty sees: both flanks of a groove, both faces; else one roller."""
-        each = [self.largest(what, seen) for seen in self.all]
+        each = [self.largest(what, seen, pressed=True) for seen in self.all]
         return self.hard(each) if self.alone else np.asarray(np.max(each, axis=0))
 
     @property
@@ -362,7 +370,7 @@ class Cams:
     @cached_property
     def peak_torque(self) -> Floats:
         """Largest size of the torque, N mm."""
-        return self.motion.largest(lambda p: np.abs(self.torque(p)))
+        return self.motion.largest(lambda p: np.abs(self.torque(p)), bent=self.rubbed)
 
     def hard_samples(self, what: Quantity, every: Sequence[Seen] | None = None) -> Floats:
         """Samples (P, n) of a quantity of the hardest pressed of two rollers; of a groove's roller that of all."""
@@ -422,7 +430,7 @@ FIGURES: dict[str, Callable[[Cams], Floats]] = {
     "blank.diameter_mm": lambda c: c.blank[0],
     "blank.length_mm": lambda c: c.blank[1],
     "blank.volume_mm3": lambda c: 0.25 * pi * c.blank[0] ** 2 * c.blank[1],
-    "contact.peak_force_n": lambda c: c.most(lambda s: s.pressing),
+    "contact.peak_force_n": lambda c: c.most(lambda s: s.pressing, pressed=True),
     "contact.peak_torque_n_m": lambda c: c.peak_torque * MILLI,
     "contact.mean_torque_n_m": lambda c: c.mean_torque * MILLI,
     "contact.peak_pressure_mpa": lambda c: c.pressure,
@@ -433,7 +441,7 @@ FIGURES: dict[str, Callable[[Cams], Floats]] = {
     "contact.peak_slice_pressure_mpa": lambda c: c.pressure,
     "contact.contact_length_mm": lambda c: c.length,
     "contact.least_contact_length_mm": lambda c: c.length,
-    "contact.least_force_n": lambda c: c.smallest(lambda s: s.needed, c.all[0]),
+    "contact.least_force_n": lambda c: c.smallest(lambda s: s.needed, c.all[0], pressed=True),
     "contact.preload_needed": lambda c: np.maximum(c.preload - c.smallest(lambda s: s.force, c.all[0]), 0.0),
     "contact.leaving_speed_rpm": lambda c: c.leaving_speed,
     "fatigue.roller_life_h": lambda c: c.lives.roller,
