@@ -57,23 +57,22 @@ def most_steps(profile: Profile, runs: int, taken: list[int]) -> int | None:
 
     All together have a purse, of which none takes more than twice its share, nor what ordinary turns of those after it
     need; None of a run alone, which has the solver's own bound. Raises NotConverged before the first of them starts
-    where the purse does not hold ordinary turns of all.
+    where ordinary turns of all would take too long.
     """
     from camgeom.dynamics.impact.solver import MOST_OF_ALL, ORDINARY
-    from camgeom.dynamics.impact.spec import A_TURN
+    from camgeom.dynamics.impact.spec import A_TURN, TURNS_OF_ALL
 
     spec = profile.impact_spec
     if runs == 1 or spec is None:
         return None
-    turns = MOST_OF_ALL // ORDINARY
-    if runs * spec.turns > turns:
-        fewer = f"at most {turns // spec.turns} of them with these turns"
-        if turns >= 2 * runs:
-            fewer += f", or impact.turns = {turns // runs}"
+    if runs * spec.turns > TURNS_OF_ALL:
+        fewer = f"at most {TURNS_OF_ALL // spec.turns} of them with these turns"
+        if 2 * runs <= TURNS_OF_ALL:
+            fewer += f", or impact.turns = {TURNS_OF_ALL // runs}"
         raise NotConverged(
             f"impacts of {runs} followers and operating states that differ, {spec.turns} turns each, would take about "
-            f"{A_TURN * runs * spec.turns:.3g} s of one core with their lives, more than the {A_TURN * turns:g} s that "
-            f"are spent: {fewer}"
+            f"{A_TURN * runs * spec.turns:.3g} s of one core with their lives, more than the "
+            f"{A_TURN * TURNS_OF_ALL:g} s that are spent: {fewer}"
         )
     after = (runs - len(taken) - 1) * spec.turns * ORDINARY
     return min(2 * MOST_OF_ALL // runs, MOST_OF_ALL - sum(taken) - after)

@@ -213,7 +213,7 @@ def test_many_runs_have_one_purse_of_steps(monkeypatch: pytest.MonkeyPatch) -> N
         allowed(sum(steps) - 1)
 
 
-@pytest.mark.parametrize(("states", "turns", "refused"), [(50, 2, False), (51, 2, True), (2, 50, False), (2, 51, True)])
+@pytest.mark.parametrize(("states", "turns", "refused"), [(40, 2, False), (41, 2, True), (2, 40, False), (2, 41, True)])
 def test_runs_that_would_take_too_long_together_are_refused_before_they_start(
     states: int, turns: int, refused: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -222,12 +222,12 @@ def test_runs_that_would_take_too_long_together_are_refused_before_they_start(
     given = [{"load_factor": 1.0 + 0.01 * number} for number in range(states)]
     model = running(*given, tables={"impact": IMPACT | {"turns": turns}})
     if refused:
-        would = f"take about {0.4 * states * turns:.3g} s.*more than the 40 s.*at most {100 // turns} of them"
+        would = f"take about {0.5 * states * turns:.3g} s.*more than the 40 s.*at most {80 // turns} of them"
         with pytest.raises(NotConverged, match=would):
             _ = model.states[0].impact
     else:
         _ = model.states[0].impact
-        assert asked == [min(200_000 // states, 100_000 - (states - 1) * turns * 1000)]
+        assert asked == [min(300_000 // states, 150_000 - (states - 1) * turns * 1000)]
 
 
 @pytest.mark.parametrize(("turns", "refused"), [(2, False), (3, True)])
