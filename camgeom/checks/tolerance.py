@@ -57,14 +57,17 @@ def motion_tolerance(model: Model) -> Iterable[Finding | NotJudged]:
         yield _within(model, "motion-tolerance", study.drawn.motion, study.worst.motion.value, limit, "in the turn")
 
 
-@check("yield-tolerance", "tolerance")
+@check("yield-tolerance", "tolerance", "body")
 def yield_tolerance(model: Model) -> Iterable[Finding]:
-    """Share of the machines that keep every limit, where that is more than one of place or play asks."""
-    study, spec = model.tolerances, model.profile.tolerance_spec
-    if spec is None or (spec.preload_limit is None and spec.pressure_limit is None and len(study.limits) < 2):
+    """Share of the machines that keep every limit of every follower, where that is more than one of place or play asks.
+    """
+    study, spec = model.machine_tolerances, model.profile.tolerance_spec
+    several, limits = len(study.followers) > 1, sum(len(one.limits) for one in study.followers)
+    if spec is None or (spec.preload_limit is None and spec.pressure_limit is None and limits < 2):
         return
     advice = "tighten the tolerances, or take what `camgeom tolerance` gives as the widest"
-    yield judged("yield-tolerance", study.share(), ">=", spec.wanted_yield, "1", advice, where="all limits together")
+    where = f"all limits{' of all followers' if several else ''} together"
+    yield judged("yield-tolerance", study.share, ">=", spec.wanted_yield, "1", advice, where=where)
 
 
 @check("backlash-tolerance", "tolerance")

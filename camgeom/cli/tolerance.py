@@ -20,11 +20,12 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     """Tell the study; returns 0, or 1 where fewer machines than wanted keep the limits."""
     from camgeom.model import Model
     from camgeom.profile import read
-    from camgeom.tolerance.study import tolerance_data
+    from camgeom.tolerance.machine import whole_data
 
     model = Model(asked(read(arguments.profile), arguments))
-    data = tolerance_data(model.tolerances, with_widest=True)
-    short = "yield" in data and data["yield"] < data["wanted_yield"]
+    data = whole_data(model.machine_tolerances)
+    kept = data.get("together", data)
+    short = "yield" in kept and kept["yield"] < kept["wanted_yield"]
     if arguments.json:
         console.out(json.dumps(data, indent=2, allow_nan=False))
         return int(short)
@@ -56,7 +57,26 @@ def asked(profile: Profile, arguments: argparse.Namespace) -> Profile:
 
 
 def summary(data: dict[str, Any]) -> list[str]:
-    """The study in lines."""
+    """The study in lines: of one follower, or of each of several and of what they keep together."""
+    if "followers" not in data:
+        return _told(data)
+    lines = []
+    for one in data["followers"]:
+        lines += [f"follower {one['follower']}, track {one['track']}", *(f"  {line}" for line in _told(one))]
+    if "wanted_yield" not in data["followers"][0]:
+        return lines
+    machine = data["together"]
+    lines.append("all followers of a machine together: one body, a place and rollers of each")
+    if "yield" in machine:
+        share = f"{100.0 * machine['wanted_yield']:.6g} %"
+        lines.append(f"  yield: {100.0 * machine['yield']:.5g} % keep every limit of every follower; wanted {share}")
+    if machine.get("widest") is not None:
+        lines += [f"  {line}" for line in _allowed(machine["widest"]["tolerances"], data["followers"][0]["errors"])]
+    return [*lines, *(f"  {line}" for line in _limits(machine))]
+
+
+def _told(data: dict[str, Any]) -> list[str]:
+    """What is told of a follower."""
     unit = data["unit"]
     lines = ["each error alone, the largest over the turn", *_alone(data, unit)]
     if "preload_um" in data:
@@ -90,8 +110,10 @@ def summary(data: dict[str, Any]) -> list[str]:
                      f"{number(edge['tilted_pressure_mpa'], 4)} MPa {what}, level "
                      f"{number(edge['level_pressure_mpa'], 4)} MPa")  # fmt: skip
     if "yield" in data:
-        lines.append(f"yield: {100.0 * data['yield']:.5g} % keep every limit; wanted {share}")
+        whose = " of this follower" if "follower" in data else ""
+        lines.append(f"yield: {100.0 * data['yield']:.5g} % keep every limit{whose}; wanted {share}")
     lines += _errors(data)
+    lines += [] if "follower" in data else _limits(data)
     for row in data.get("wear", ()):
         lines.append(f"worn by {row['wear_um']:.3g} um, roller and flank together: {_normal(row['preload_um'])}, still "
                      f"preloaded {100.0 * row['still_preloaded']:.4g} % of the machines")  # fmt: skip
@@ -128,6 +150,15 @@ def _normal(preload: float) -> str:
     return f"{number(-2.0 * preload, 4)} um of play between the walls" if preload else "walls that just touch"
 
 
+def _allowed(widest: dict[str, float | None], errors: dict[str, Any]) -> list[str]:
+    """The errors given, and how wide each may be for all followers together."""
+    rows = [["error", "given", "widest"]]
+    for key, wide in widest.items():
+        rows.append([key, _tolerance(errors[key], errors[key]["value"]),
+                     "any" if wide is None else _tolerance(errors[key], wide)])  # fmt: skip
+    return aligned(rows)
+
+
 def _errors(data: dict[str, Any]) -> list[str]:
     """The errors given, what part of the variance in the dwells each explains alone, and how wide it may be."""
     found = data.get("widest")
@@ -139,16 +170,21 @@ def _errors(data: dict[str, Any]) -> list[str]:
         rows.append([key, _tolerance(error, error["value"]), _part(part), allowed])
     rows.append(["acting together", "", _part(data["contributions_together"]), ""])
     lines = ["errors given, and the part of the variance in the dwells that each explains alone"]
-    lines += [f"  {line}" for line in aligned([row[: 4 if found else 3] for row in rows], right=(2,))]
+    return [*lines, *(f"  {line}" for line in aligned([row[: 4 if found else 3] for row in rows], right=(2,)))]
+
+
+def _limits(data: dict[str, Any]) -> list[str]:
+    """How the widest tolerances hold the limits, or why there are none."""
+    found = data.get("widest")
     if found is not None:
         kept = f"{100.0 * found['yield']:.4g} % of the machines"
-        return [*lines, f"widest tolerances: they hold the limits in {kept} at the least cost"]
+        return [f"widest tolerances: they hold the limits in {kept} at the least cost"]
     if "widest_reason" in data:
-        return [*lines, f"widest tolerances: wider than can be told; {data['widest_reason']}"]
+        return [f"widest tolerances: wider than can be told; {data['widest_reason']}"]
     if "widest" in data:
         why = "none hold the limits; what is left without errors breaks them, or no error reaches them"
-        return [*lines, f"widest tolerances: {why}"]
-    return [*lines, "no limit is given: --limit dwell=VALUE, or tolerance.dwell_limit, tells the widest tolerances"]
+        return [f"widest tolerances: {why}"]
+    return ["no limit is given: --limit dwell=VALUE, or tolerance.dwell_limit, tells the widest tolerances"]
 
 
 def _tolerance(error: dict[str, Any], value: float) -> str:

@@ -54,6 +54,8 @@ if TYPE_CHECKING:
     from camgeom.profile.duty import RunningState
     from camgeom.solid import Part, Solid
     from camgeom.solid.blank import Wall
+    from camgeom.tolerance.causes import Sharing
+    from camgeom.tolerance.machine import MachineStudy
     from camgeom.tolerance.study import ToleranceStudy
     from camgeom.track.clearance import Clearance
     from camgeom.track.flank import Flank
@@ -734,11 +736,28 @@ class Model(Sealed):
         spec, material = self.profile.tolerance_spec, self.profile.material
         pivots = default_pivots(self.mechanism) if spec is None else spec.pivots(self.mechanism)
         load = self.hardest_state.load if self.profile.operation is not None else None
-        return ToleranceStudy(Loaded(self.mechanism, material.roller, material.cam, load, pivots, self._peak), spec)
+        loaded = Loaded(self.mechanism, material.roller, material.cam, load, pivots, self._peak)
+        kin: list[tuple[Sharing, ToleranceStudy]] = []
+        if self.number:
+            kin.append(("body", self.bindings[0].tolerances))
+        if self.mates[0].number != self.number:
+            kin.append(("track", self.mates[0].tolerances))
+        return ToleranceStudy(loaded, spec, self.number, self.groove, tuple(kin))
 
     def _peak(self) -> float | None:
         carrier = self.hardest_state.carrier
         return None if carrier is None or carrier.least_peak is None else carrier.least_peak.value
+
+    @property
+    def machine_tolerances(self) -> MachineStudy:
+        """What they do to all followers of the machine together: its yield, the widest tolerances that hold one."""
+        return self.bindings[0]._machine_tolerances
+
+    @fact
+    def _machine_tolerances(self) -> MachineStudy:
+        from camgeom.tolerance.machine import MachineStudy
+
+        return MachineStudy(tuple(one.tolerances for one in self.bindings))
 
     @fact
     def duties(self) -> tuple[RollerDuty, ...]:

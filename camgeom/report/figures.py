@@ -46,6 +46,7 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("mean_torque_n_m", "mean camshaft torque, all followers", "N m"),
         ("least_apart_mm", "least distance between rollers", "mm"),
         ("cam_life_h", "cam life under all followers", "h"),
+        ("tolerance.yield", "machines of which all followers keep every limit", ""),
     ),
     "output_shaft": (
         ("torque_n_m", "peak torque of output shaft and bolts", "N m"),

@@ -29,7 +29,7 @@ LOADED = {"contact", "fatigue", "dynamics", "tolerance"}
 """products that are another follower's own, on a track that all of them share"""
 OWN = {"motion", "flank", "body"}
 """products that it has of its own where its track is its own"""
-RIDES = {"impact": "dynamics", "together": "contact", "output_shaft": "contact"}
+RIDES = {"impact": "dynamics", "together": "contact", "output_shaft": "contact", "together.tolerance": "tolerance"}
 """sections that are made with another product"""
 COMMANDS: dict[str, tuple[str, ...]] = {
     "run": tuple(name for name in PRODUCTS if name != "body"),
@@ -244,6 +244,8 @@ def _sections(model: Model, asked: set[str], products: Products, prefix: str = "
             continue
         if name == "impact":
             data.setdefault("dynamics", {})["impact"] = found
+        elif name == "together.tolerance":
+            data.setdefault("together", {})["tolerance"] = found
         else:
             data[name] = found
     return data
@@ -296,6 +298,13 @@ def tolerance_data(model: Model) -> dict[str, Any]:
     return told(model.tolerances)
 
 
+def machine_data(model: Model) -> dict[str, Any]:
+    """What the limits of [tolerance] come to for all followers of a machine together."""
+    from camgeom.tolerance.machine import machine_data as told
+
+    return told(model.machine_tolerances)
+
+
 def _told_by(module: str, name: str) -> Callable[[Model], dict[str, Any]]:
     """A section's data from a module of `report.data`, which only who asks for the section enters."""
 
@@ -313,6 +322,7 @@ def _unless(known: object, reason: str) -> str:
 NO_OPERATION = "the profile has no [operation]"
 ONLY: dict[str, Callable[[Model], bool]] = {
     "together": lambda model: not model.number and len(model.bindings) > 1,
+    "together.tolerance": lambda model: not model.number and len(model.bindings) > 1,
     "output_shaft": lambda model: model.profile.follower.shares,
 }
 """sections that say nothing of other cams, not even that they do not apply"""
@@ -341,5 +351,10 @@ SOURCES: dict[str, Source] = {
     ),
     "cutter": (cutter_data, lambda model: _unless(model.profile.cutter, "the profile has no [cutter]")),
     "tolerance": (tolerance_data, lambda model: _unless(model.profile.tolerance, "the profile has no [tolerance]")),
+    "together.tolerance": (
+        machine_data,
+        lambda model: _unless(model.profile.tolerance, "the profile has no [tolerance]")
+        or _unless(model.machine_tolerances.limited, "the table gives no limit"),
+    ),
 }
 """How a section of the result is made, and why it does not apply to a model, empty where it does."""

@@ -21,7 +21,8 @@ SECTIONS = {
     "flank": "extremes of pressure angle, curvature, undercut, sliding",
     "solid": "the bodies: volume, mass, inertia, mesh and its error",
     "contact": "forces, pressures and torques of the rigid follower, with their cam angles",
-    "together": "what several followers on one cam do together: torque of the shaft, least distance, the cam's life",
+    "together": "what several followers on one cam do together: torque of the shaft, least distance, the cam's life; "
+                "`tolerance` in it what a machine keeps with all of them",
     "output_shaft": "what output shaft and bolts of a turret bear",
     "fatigue": "lives of roller, cam, face and bearing, film, friction and wear",
     "body": "stress at the root of a groove, at the foot of a rib or of an end face's ring, or in a frame's plate",

@@ -32,6 +32,10 @@ ARCMIN = pi / 10800.0
 ARCSEC = pi / 648000.0
 Holder = Literal["machine", "cam", "turret", "roller", "wall"]
 """what an error stays with: the machine's frame, the turning cam, the turning follower, one roller, one wall"""
+COMMON = frozenset({"axial_shift", "squareness_arcmin", "phase_arcmin"})
+"""errors in the machine's frame that the body has beside all of its followers; the others there are of each one's place
+"""
+Sharing = Literal["body", "track", ""]
 
 
 @final
@@ -70,6 +74,13 @@ class Cause:
     def scale(self) -> float:
         """mm or rad in one unit."""
         return {"mm": 1.0, "arcmin": ARCMIN, "arcsec": ARCSEC}[self.unit]
+
+    @property
+    def shared(self) -> Sharing:
+        """Who of one machine's followers have it alike: all on the body, those on one track, or nobody."""
+        if self.holder == "cam" or self.key in COMMON:
+            return "body"
+        return "track" if self.holder == "wall" else ""
 
 
 CAUSES = {

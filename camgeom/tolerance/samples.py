@@ -2,7 +2,8 @@
 
 Every machine has its own errors: one of each kind, of each roller and of each wall. An indexer's rollers come round:
 at every stop other ones stand beside the cam, so that all stops are judged. Machines are drawn in blocks, each with a
-seed of its own, so that the same come out whatever number of workers draws them.
+seed of its own, so that the same come out whatever number of workers draws them. Further followers of a machine have
+the errors of its body (of their track's walls) as the first one there has them, and else errors of their own.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.mechanism import Drive
-from camgeom.tolerance.causes import CAUSES, NORMAL, Cause
+from camgeom.tolerance.causes import CAUSES, NORMAL, Cause, Sharing
 from camgeom.tolerance.ends import Ends
 from camgeom.tolerance.places import SINGLE, Abreast, End, Order, Position, Room, Rows, settle_over, taken
 from camgeom.tolerance.seat import Bools, Reals, pressures
@@ -137,11 +138,15 @@ class Machines:
 
     spreads   of the errors by key
     relative  deviations from where each machine stands in the first dwell of its first stop
+    number    of the follower on the cam, 0 of the first
+    kin       the same machines as followers before it have them, by what they share with it
     """
 
     table: Sensitivities
     spreads: Spreads
     relative: bool = False
+    number: int = 0
+    kin: tuple[tuple[Sharing, Machines], ...] = ()
 
     @property
     def loaded(self) -> Loaded:
@@ -474,7 +479,7 @@ class Machines:
             x = self._kept.get((block, samples))
             if x is None:
                 each = range(block, min(block + TOGETHER, len(sizes)))
-                drawn = [self._numbers(np.random.default_rng([SEED, one]), sizes[one]) for one in each]
+                drawn = [self._block(one, sizes[one]) for one in each]
                 x = np.concatenate(drawn, axis=1)
                 if keeps:
                     self._kept[block, samples] = x
@@ -548,6 +553,18 @@ class Machines:
         for each in self._moves:
             self._reach(each, ordered, worst, zero, room)
         return worst
+
+    def _block(self, block: int, size: int) -> Singles:
+        """The errors of a block's machines, see `_numbers`; those that followers before it share are theirs."""
+        seed = [SEED, block, self.number] if self.number else [SEED, block]
+        x = self._numbers(np.random.default_rng(seed), size)
+        for sharing, other in self.kin:
+            rows = {column: row for row, column in enumerate(self.columns) if column.cause.shared == sharing}
+            pairs = [(rows[column], row) for row, column in enumerate(other.columns) if column in rows]
+            if pairs:
+                mine, theirs = map(list, zip(*pairs))
+                x[mine] = other._block(block, size)[theirs]
+        return x
 
     def _numbers(self, rng: np.random.Generator, size: int) -> Singles:
         """The errors of machines, mm or rad, and a last row of 1 for what is nominal, (columns + 1, size)."""

@@ -1,8 +1,7 @@
-"""All that [tolerance] asks: sensitivities, worst case, yield, widest tolerances, and what wear leaves of a preload."""
+"""All that [tolerance] asks of a follower: sensitivities, worst case, yield, and what wear leaves of a preload."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from math import degrees, isfinite
 from typing import TYPE_CHECKING, Any, final
 
@@ -13,12 +12,12 @@ from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.mechanism import Drive
-from camgeom.tolerance.causes import ARCMIN, CAUSES, Cause, applicable
+from camgeom.tolerance.causes import ARCMIN, CAUSES, Cause, Sharing, applicable
 from camgeom.tolerance.ends import Ends
 from camgeom.tolerance.order import refuse_beyond
-from camgeom.tolerance.samples import BLOCK, SPENT, Drawn, Machines, Spreads
-from camgeom.tolerance.sensitivity import SIZES, Loaded, Sensitivities, resting_at
-from camgeom.tolerance.spec import Costs, ToleranceSpec
+from camgeom.tolerance.samples import Drawn, Machines, Spreads
+from camgeom.tolerance.sensitivity import Loaded, Sensitivities, resting_at
+from camgeom.tolerance.spec import ToleranceSpec
 from camgeom.tolerance.worst import Worst
 
 if TYPE_CHECKING:
@@ -26,41 +25,26 @@ if TYPE_CHECKING:
 
 WEAR = (0.001, 0.002, 0.005, 0.01, 0.02)
 """mm of wear, roller and flank together, that are told"""
-ALONE, TRIAL = 4096, 20_480
-"""machines drawn with one error, and with all, in a round of the search for the widest tolerances"""
-ROUNDS, SETTLING = 4, 16
-NEAR = 0.995
-"""share of a limit that counts as reached"""
 NOISE = 1e-6
 """um or seconds of arc, below which a figure is rounding of what is none (single precision of what is drawn)"""
 NO_ROOM = 1e-9
 """mm, towards the end of a groove, that are rounding of none"""
-NOTHING = 1e-6
-"""share of a limit that an error alone may reach and count for nothing"""
-
-
-@final
-@immutable(eq=True)
-class Widest:
-    """The widest tolerances that hold the limits in a share of all machines.
-
-    values  half widths, in the errors' own units, by key; None: the error has no part in what is limited
-    reached the share that holds, of all samples
-    beyond  why they cannot be told: they are too wide for their first order; empty where they can
-    """
-
-    values: Mapping[str, float | None]
-    reached: float
-    beyond: str = ""
 
 
 @final
 @immutable
 class ToleranceStudy:
-    """A mechanism, its loads, and what its profile tolerates; `spec` None: no errors are given."""
+    """A mechanism, its loads, and what its profile tolerates; `spec` None: no errors are given.
+
+    number  of the follower on the cam, 0 of the first; groove: the track that it runs on
+    kin     followers before it of which it shares errors: the first on the body, and on its track
+    """
 
     loaded: Loaded
     spec: ToleranceSpec | None
+    number: int = 0
+    groove: int = 0
+    kin: tuple[tuple[Sharing, ToleranceStudy], ...] = ()
 
     @cached_property
     def sensitivities(self) -> Sensitivities:
@@ -121,7 +105,9 @@ class ToleranceStudy:
 
     def machines(self, spreads: Spreads) -> Machines:
         """Machines whose errors scatter so."""
-        return Machines(self.sensitivities, spreads, self.spec is not None and self.spec.reference == "first-dwell")
+        relative = self.spec is not None and self.spec.reference == "first-dwell"
+        kin = tuple((sharing, one.machines(spreads)) for sharing, one in self.kin)
+        return Machines(self.sensitivities, spreads, relative, self.number, kin)
 
     @cached_property
     def drawn(self) -> Drawn:
@@ -245,84 +231,8 @@ class ToleranceStudy:
         depths = (0.0, *WEAR, self.preload)
         return tuple((w, self.preload - w, float(np.mean(tight > w))) for w in sorted(depths))
 
-    @cached_property
-    def widest(self) -> Widest | None:
-        """The widest tolerances for the wanted yield: least sum of cost over tolerance (`[tolerance.cost]`).
 
-        Where the deviation is a sum of small parts its square is sum (s t)^2, and the least cost sum w / t has
-        t ~ (w / s^2)^(1/3) (Lagrange); t counts in the tolerances given, s is what each reaches of the limit alone.
-        The common factor is found by drawing all machines again. None where no limit is given, or none can be held.
-        """
-        spec = self.spec
-        if spec is None or not self.limited or not self.causes:
-            return None
-        return widest(self, spec.cost, spec.wanted_yield, spec.samples)
-
-
-def widest(study: ToleranceStudy, cost: Costs, share: float, samples: int) -> Widest | None:
-    """See `ToleranceStudy.widest`: shares x of the given tolerances with the least sum w / x, and t = x given."""
-    given = {key: (mean, value or _first(key), how) for key, (mean, value, how) in study.spreads.items()}
-    shares = dict.fromkeys(given, 1.0)
-    offset = _offset(study, given, share)
-    if offset >= 1.0:
-        return None
-    for _ in range(ROUNDS):
-        effect = {key: _alone(study, given, shares, key, share) / shares[key] for key in given}
-        used = [key for key in given if effect[key] > NOTHING]
-        if not used:
-            return None
-        wanted = {key: (cost.of(key) / effect[key] ** 2) ** (1.0 / 3.0) for key in used}
-        factor = float(np.sqrt(sum((effect[key] * wanted[key]) ** 2 for key in used))) / (1.0 - offset)
-        fresh = {key: wanted[key] / factor if key in used else 1.0 for key in given}
-        change = max(abs(fresh[key] / shares[key] - 1.0) for key in used)
-        shares = fresh
-        if change < 0.05:
-            break
-    shown = {key: (mean, value * shares[key], how) for key, (mean, value, how) in given.items()}
-    return _settled(study, shown, set(used), share, samples, offset)
-
-
-def _offset(study: ToleranceStudy, given: Spreads, share: float) -> float:
-    """Largest figure over its limit where no error scatters: what their means do alone."""
-    if not any(mean for mean, _, _ in given.values()):
-        return 0.0
-    drawn = study.machines({key: (mean, 0.0, how) for key, (mean, _, how) in given.items()}).drawn(BLOCK)
-    return max(0.0, drawn.at_yield(study.ratios(drawn), share))
-
-
-def _alone(study: ToleranceStudy, given: Spreads, shares: Mapping[str, float], key: str, share: float) -> float:
-    """Largest figure over its limit, at the wanted yield, where all errors but one have no size."""
-    _, value, how = given[key]
-    drawn = study.machines({key: (0.0, value * shares[key], how)}).drawn(ALONE)
-    return drawn.at_yield(study.ratios(drawn), share)
-
-
-def _settled(
-    study: ToleranceStudy, shown: Spreads, used: set[str], share: float, samples: int, offset: float
-) -> Widest | None:
-    """The tolerances scaled until all samples hold the wanted share, and not much less would."""
-    whole = max(2, min(SETTLING - 4, int(3.0 * SPENT / (samples * sum(study.machines(shown).cost)))))
-    for turn in range(4 + whole):
-        drawn = study.machines(shown).drawn(min(samples, TRIAL) if turn < 4 else samples)
-        reached, ratio = study.share(drawn), drawn.at_yield(study.ratios(drawn), share)
-        if turn >= 4 and reached >= share and ratio >= NEAR:
-            values = {key: value / CAUSES[key].scale if key in used else None for key, (_, value, _) in shown.items()}
-            return Widest(values, reached, study.beyond(shown))
-        if not isfinite(ratio) or ratio <= offset:
-            return None
-        scale = (0.5 * (1.0 + NEAR) - offset) / (ratio - offset)
-        if scale <= 0.0:
-            return None
-        shown = {key: (mean, value * (scale if key in used else 1.0), how) for key, (mean, value, how) in shown.items()}
-    return None
-
-
-def _first(key: str) -> float:
-    """Where the search begins for an error of no size: 10 um, 1 minute, 10 seconds of arc."""
-    return SIZES[CAUSES[key].unit] * CAUSES[key].scale
-
-
-def tolerance_data(study: ToleranceStudy, with_widest: bool = False) -> dict[str, Any]:
+def tolerance_data(study: ToleranceStudy) -> dict[str, Any]:
     """The study as plain data: um of a slide, seconds of arc of what turns; preload and wear in um."""
     loaded, unit = study.loaded, study.loaded.unit
     data: dict[str, Any] = {
@@ -386,12 +296,6 @@ def tolerance_data(study: ToleranceStudy, with_widest: bool = False) -> dict[str
     if study.wear:
         data["wear"] = [{"wear_um": 1e3 * w, "preload_um": _zero(1e3 * left), "still_preloaded": part}
                         for w, left, part in study.wear]  # fmt: skip
-    if with_widest and study.limited:
-        found = study.widest
-        told = found is not None and not found.beyond
-        data["widest"] = {"yield": found.reached, "tolerances": dict(found.values)} if found and told else None
-        if found is not None and found.beyond:
-            data["widest_reason"] = found.beyond
     return data
 
 

@@ -27,7 +27,7 @@ SHAPES = ("pin_insertion", "disc_offset_roller", "conjugate_rocker", "tool_chang
 DEEPEST = 4
 """attributes of attributes that are followed from the model; some make new objects of their own kind without end"""
 
-SOLVED = ("Model.root_stress", "ToleranceStudy.widest")
+SOLVED = ("Model.root_stress", "MachineStudy.widest")
 """a minute of finite elements and ten seconds of search: tests/body and tests/tolerance ask them"""
 
 

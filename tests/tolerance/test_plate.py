@@ -291,8 +291,8 @@ def test_a_pressure_that_no_error_raises_is_the_nominal_one(share: float, level:
 def test_widest_tolerances_leave_the_play_that_the_groove_has_anyhow(limit: float, held: bool) -> None:
     """Of 120 um of nominal play the errors may use what the limit leaves; a limit below it no tolerances hold."""
     errors = "center_distance = 0.01\nrunning_clearance = 0.004\nroller_diameter = 0.004\nsamples = 20000\n"
-    study = plate("slide", f"[tolerance]\n{errors}backlash_limit = {limit}\ndwell_limit = 20\n").tolerances
-    found = study.widest
+    made = plate("slide", f"[tolerance]\n{errors}backlash_limit = {limit}\ndwell_limit = 20\n")
+    study, found = made.tolerances, made.machine_tolerances.widest
     assert (found is not None) is held
     if found is None:
         return

@@ -19,6 +19,7 @@ from camgeom.profile import parse
 from camgeom.tolerance import samples
 from camgeom.tolerance.causes import ARCMIN, CAUSES, default_pivots
 from camgeom.tolerance.fits import clearance, limits
+from camgeom.tolerance.machine import whole_data
 from camgeom.tolerance.order import MOST
 from camgeom.tolerance.places import ROUNDED
 from camgeom.tolerance.samples import BLOCK, Machines
@@ -270,8 +271,8 @@ def test_play_is_judged_where_two_walls_hold() -> None:
 
 def test_the_widest_tolerances_hold_the_yield_and_hardly_more_would() -> None:
     text = ALONG.format(value=0.03, limit=20) + "flank_growth = 0.03\ncam_eccentricity = 0.01\nsamples = 20000\n"
-    study = Model(parse(text)).tolerances
-    found = study.widest
+    model = Model(parse(text))
+    study, found = model.tolerances, model.machine_tolerances.widest
     assert found is not None
     assert found.reached >= 0.99
     spreads = {key: (0.0, value * CAUSES[key].scale, "normal") for key, value in found.values.items() if value}
@@ -280,17 +281,18 @@ def test_the_widest_tolerances_hold_the_yield_and_hardly_more_would() -> None:
     assert study.share(study.machines(wider).drawn(20000)) < 0.99
     # alike errors that cost alike get alike tolerances; eight times the cost, twice the tolerance
     assert found.values["flank_growth"] == pytest.approx(found.values["center_distance"], rel=0.06)
-    dear = Model(parse(text + "[tolerance.cost]\nflank_growth = 8\n")).tolerances.widest
+    dear = Model(parse(text + "[tolerance.cost]\nflank_growth = 8\n")).machine_tolerances.widest
     assert dear is not None
     ratio = (dear.values["flank_growth"] or 0.0) / (dear.values["center_distance"] or 1.0)
     assert ratio == pytest.approx(2.0, rel=0.1)
 
 
 def test_what_an_error_costs_nothing_has_no_part_in_it() -> None:
-    study = Model(parse(ALONG.format(value=0.03, limit=20) + "axial_shift = 0.1\nsamples = 5000\n")).tolerances
-    assert study.widest is not None
-    assert study.widest.values["axial_shift"] is None
-    assert study.widest.values["center_distance"] == pytest.approx(20e-3 * 3.0 / 2.5758, rel=0.04)
+    text = ALONG.format(value=0.03, limit=20) + "axial_shift = 0.1\nsamples = 5000\n"
+    found = Model(parse(text)).machine_tolerances.widest
+    assert found is not None
+    assert found.values["axial_shift"] is None
+    assert found.values["center_distance"] == pytest.approx(20e-3 * 3.0 / 2.5758, rel=0.04)
 
 
 @pytest.mark.parametrize(("line", "words"), [
@@ -456,11 +458,11 @@ def test_errors_too_large_for_the_first_order_are_refused_and_not_told(capsys, t
 def test_no_widest_tolerances_beyond_the_first_order() -> None:
     """A wide limit is held by errors that are too wide to be told: that is said in their place."""
     model = Model(parse(ALONG.format(value=0.01, limit=40_000) + "side_shift = 0.01\nsamples = 1000\n"))
-    data = tolerance_data(model.tolerances, with_widest=True)
+    data = whole_data(model.machine_tolerances)
     assert data["widest"] is None
     assert "first order" in data["widest_reason"]
     near = Model(parse(ALONG.format(value=0.01, limit=40) + "side_shift = 0.01\nsamples = 1000\n"))
-    assert tolerance_data(near.tolerances, with_widest=True)["widest"] is not None
+    assert whole_data(near.machine_tolerances)["widest"] is not None
 
 
 @pytest.mark.parametrize("face", ['face = "flat"', 'face = "knife"', 'face = "curved"\nface_radius = 60'])

@@ -72,6 +72,8 @@ SECTIONS = (
 """The sections in their order; checks also give the verdict at the head of the page."""
 OWN = ("motion", "flank", "contact", "fatigue", "body", "dynamics")
 """sections that stand again for every further track of the body"""
+LOADED = ("tolerance",)
+"""sections that stand again for every further follower"""
 
 
 def report(
@@ -97,8 +99,9 @@ def report(
     figures = noted.attempt("report.figures", lambda: key_figures(model, wanted)) or ()
     sections = []
     for entry in SECTIONS:
-        own = entry.key in OWN and len(model.grooves) > 1
-        for one in (model, *model.grooves[1:]) if own else (model,):
+        followers = model.bindings if entry.key in LOADED else model.grooves if entry.key in OWN else (model,)
+        own = len(followers) > 1
+        for one in (model, *followers[1:]):
             if entry.key in wanted and (blocks := entry.blocks(one, noted)):
                 key = entry.key if one is model else f"{entry.key}-{one.number + 1}"
                 whose = f", follower {one.number + 1}" if own else ""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camgeom.drawing.content import CAM_ANGLE, Axis, Block, Cell, Chart, Column, Limit, Panel, Series, Table, Text
+from camgeom.tolerance.machine import machine_data
 from camgeom.tolerance.study import tolerance_data
 
 if TYPE_CHECKING:
@@ -20,16 +21,24 @@ FIGURES = (("dwell", "Error in the dwells"), ("motion", "Error anywhere in the t
 
 
 def tolerance(model: Model) -> tuple[Block, ...]:
-    """The section; empty for a profile without [tolerance]."""
+    """The section; empty for a profile without [tolerance].
+
+    Of several followers the first one's begins with what a machine keeps with all of them.
+    """
     if model.profile.tolerance_spec is None:
         return ()
-    study = model.tolerances
-    data = tolerance_data(study, with_widest=True)
-    unit = "arcsec" if data["unit"] == "arcsec" else "µm"
-    blocks: list[Block] = [_together(data, unit), _spread(study, unit), _parts(data), _alone(data, unit)]
+    study, several = model.tolerances, len(model.bindings) > 1
+    data = tolerance_data(study)
+    machine = {} if model.number else machine_data(model.machine_tolerances, with_widest=True)
+    if not several:
+        data |= machine
+    unit = _unit(data)
+    blocks = [*_machine(model, machine)] if several and not model.number else list[Block]()
+    kept = "every limit of this follower" if several else "every limit"
+    blocks += [_together(data, unit, kept), _spread(study, unit), _parts(data), _alone(data, unit)]
     blocks.append(_over_the_turn(study, unit))
-    if "widest_reason" in data:
-        blocks.append(Text((f"Widest tolerances: wider than can be told; {data['widest_reason']}",)))
+    if "widest_reason" in machine:
+        blocks.append(Text((f"Widest tolerances: wider than can be told; {machine['widest_reason']}",)))
     if data.get("wear"):
         worn: tuple[tuple[Cell, ...], ...] = tuple(
             (row["wear_um"], row["preload_um"], 100.0 * row["still_preloaded"]) for row in data["wear"]
@@ -40,7 +49,39 @@ def tolerance(model: Model) -> tuple[Block, ...]:
     return tuple(blocks)
 
 
-def _together(data: dict[str, Any], unit: str) -> Block:
+def _unit(data: dict[str, Any]) -> str:
+    return "arcsec" if data["unit"] == "arcsec" else "µm"
+
+
+def _machine(model: Model, machine: dict[str, Any]) -> list[Block]:
+    """What every follower keeps alone, what a machine keeps with all of them, and the widest tolerances for that."""
+    each = [tolerance_data(one.tolerances) for one in model.bindings]
+    wanted = 100.0 * each[0]["wanted_yield"]
+    within = tuple(Column(f"{label}, {wanted:.4g} % within") for _, label in FIGURES)
+    heads = Column("Follower"), Column("Track"), *within, Column("Unit"), Column("Machines that keep every limit", "%")
+    rows: list[tuple[Cell, ...]] = []
+    for one, data in zip(model.bindings, each):
+        figures = (data.get(f"{key}_{data['unit']}") for key, _ in FIGURES)
+        kept = 100.0 * data["yield"] if "yield" in data else None
+        rows.append((f"{one.number + 1}", f"{one.groove + 1}", *figures, _unit(data), kept))
+    if machine:
+        blank = (None,) * len(FIGURES)
+        rows.append(("all of a machine", "", *blank, "", 100.0 * machine["yield"]))
+    blocks: list[Block] = [Table("Every follower, and all of a machine together", heads, tuple(rows))]
+    if (widest := machine.get("widest")) is not None:
+        allowed: list[tuple[Cell, ...]] = []
+        for key, wide in widest["tolerances"].items():
+            given = each[0]["errors"][key]
+            told = "any" if wide is None else f"± {wide:.3g}"
+            allowed.append((_named(key), f"± {given['value']:.3g}", told, given["unit"]))
+        caption = "The widest tolerances that hold the limits of all followers in "
+        caption += f"{100.0 * widest['yield']:.4g} % of the machines"
+        blocks.append(Table(caption, (Column("Error"), Column("Given"), Column("Widest"), Column("Unit")),
+                            tuple(allowed)))  # fmt: skip
+    return blocks
+
+
+def _together(data: dict[str, Any], unit: str, limits: str) -> Block:
     share, name = 100.0 * data["wanted_yield"], data["unit"]
     rows: list[tuple[Cell, ...]] = [
         (label, data[f"median_{key}_{name}"], data[f"{key}_{name}"], data[f"worst_{key}_{name}"], unit)
@@ -60,7 +101,7 @@ def _together(data: dict[str, Any], unit: str) -> Block:
         told = f"Hardest roller, tilted by {edge['tilt_arcmin']:.3g}′{inside}"
         told = f"{told}; level {edge['level_pressure_mpa']:.4g} MPa"
         rows.append((told, None, None, edge["tilted_pressure_mpa"], "MPa"))
-    kept = f"; {100.0 * data['yield']:.4g} % keep every limit" if "yield" in data else ""
+    kept = f"; {100.0 * data['yield']:.4g} % keep {limits}" if "yield" in data else ""
     start = "the drawing" if data["reference"] == "absolute" else "each machine's first dwell"
     return Table(f"{data['samples']:,} machines, measured from {start}{kept}".replace(",", " ", 1), heads, tuple(rows))
 
