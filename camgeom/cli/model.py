@@ -231,11 +231,10 @@ def summary(result: Result, files: Iterable[str]) -> list[str]:
 
 def _figures(data: dict[str, Any]) -> list[tuple[str, str]]:
     """Every figure worth a line, in words; what is each follower's own with its number."""
-    from camgeom.report.result import LOADED, OWN
+    from camgeom.report.result import own_sections
 
     others = data.get("followers", [])
-    # On one track motion and flank are those of all.
-    own = (LOADED if others else set()) | (OWN if any(other["track"] > 1 for other in others) else set())
+    own = own_sections(others)
     rows = _rows(data, {"motion", *KEY_FIGURES} - own)
     for follower, one in enumerate((data, *others), start=1):
         rows += [(f"{words}, follower {follower}", value) for words, value in _rows(one, own)]

@@ -33,7 +33,7 @@ from camgeom.design.requirement import Aim, Bound, Requirement, figure_name, fre
 from camgeom.design.sampling import tie
 from camgeom.design.study import Row
 from camgeom.errors import Problem, ProfileError
-from camgeom.report.measured import STUDIED, measure
+from camgeom.report.measured import STUDIED, measure, product_of
 from camgeom.report.result import compute
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         known: Sequence[str] = of_batch(profile)
     else:
         searched = {*STUDIED, *HEAVY} - {"checks"}  # exact models search without judging
-        known = [figure for figure in base.figures if figure.split(".")[0] in searched]
+        known = [figure for figure in base.figures if product_of(figure) in searched]
     given = {bound.figure for bound in asked}
     own = tuple(bound for bound in limits_of(base, findings, known) if bound.figure not in given)
     wanted = Requirement(data, arguments.profile, keys, aims, (*asked, *own), ties)
@@ -162,9 +162,14 @@ def _evaluator(wanted: Requirement, profile: Profile, engine: Engine, why_not: s
     """What searches: the batch, or exact models without checks."""
     if why_not is None:
         return ByBatch(profile, wanted)
-    heavy = [name for name in HEAVY if any(figure.startswith(f"{name}.") for figure in wanted.figures)]
+    heavy = _heavy(wanted)
     light = tuple(name for name in STUDIED if name != "checks")
     return ByModel(wanted, partial(measure, products=(*light, *heavy), checks=()), engine)
+
+
+def _heavy(wanted: Requirement) -> list[str]:
+    """The costly products that its figures need."""
+    return [name for name in HEAVY if any(product_of(figure) == name for figure in wanted.figures)]
 
 
 def _searched(
@@ -183,7 +188,7 @@ def _searched(
 
 def _judged(archive: Archive, engine: Engine, members: int, console: Console) -> list[Row]:
     wanted = archive.requirement
-    asked = [name for name in HEAVY if any(figure.startswith(f"{name}.") for figure in wanted.figures)]
+    asked = _heavy(wanted)
     tables = (("dynamics", "dynamics"), ("impact", "dynamics"), ("cutter", "cutter"))
     solved = [product for table, product in tables if table in wanted.data]
     products = tuple(dict.fromkeys((*EVERY, *asked, *solved)))

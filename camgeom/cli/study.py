@@ -23,7 +23,7 @@ from camgeom.design.sampling import DRAWN, Plan, sample, tie
 from camgeom.design.study import Row, Study, axis, columns, refuse_unsolved
 from camgeom.errors import Problem, ProfileError
 from camgeom.report.delivery import finite
-from camgeom.report.measured import asked, measure
+from camgeom.report.measured import asked, measure, of_followers
 from camgeom.report.result import PRODUCTS
 
 SHOWN = 20
@@ -36,6 +36,9 @@ FIGURES = (
     "contact.peak_pressure_mpa",
     "contact.peak_slice_pressure_mpa",
     "contact.contact_length_mm",
+    "together.peak_pressure_mpa",
+    "together.peak_torque_n_m",
+    "together.least_life_h",
     "fatigue.roller_life_h",
     "fatigue.roller_slice_life_h",
     "fatigue.face_life_h",
@@ -180,12 +183,18 @@ def streamed(
         parts.write(piece, columns(study, rows))
         console.progress(pace.after(len(piece)))
     console.progress("")
-    shown = {"verdict", "reason", "not_judged", *FIGURES, *(key for key, _, _ in PLOTTED), *figures}
+    usual = of_followers((*FIGURES, *(key for key, _, _ in PLOTTED)), _followers(study))
+    shown = {"verdict", "reason", "not_judged", *usual, *figures}
     records = read_rows(parts.join(), None if whole else shown)
     aside = {"verdict", "reason", *(one.key for one in study.varied)}
     measured = ({key: value for key, value in record.items() if key not in aside} for record in records)
     values = study.values(range(len(study)))
     return [Row(v, f, r["verdict"], r["reason"]) for v, f, r in zip(values, measured, records)]
+
+
+def _followers(study: Study) -> int:
+    """How many followers its variants have."""
+    return 1 + len(study.data.get("track") or study.data.get("station") or ())
 
 
 def as_table(study: Study, rows: list[Row]) -> list[dict[str, Any]]:
@@ -242,7 +251,7 @@ def summary(
     if open_ := left_open(rows):
         lines.append(f"  not judged here: {', '.join(open_)}; `camgeom check` judges a variant whole")
     columns = [one.key for one in study.varied] + ["verdict"]
-    columns += [key for key in FIGURES if key in table[0]] + ["reason"]
+    columns += [key for key in of_followers(FIGURES, _followers(study)) if key in table[0]] + ["reason"]
     cells = [[number(cell(key, record[key]))[:60] for key in columns] for record in table[:SHOWN]]
     lines += [f"  {line}" for line in aligned([columns, *cells])]
     return lines if total <= SHOWN else [*lines, f"  and {total - SHOWN} more in the file"]

@@ -38,6 +38,7 @@ from camgeom.maths import Floats
 from camgeom.profile.errors import OF_SLIDE
 from camgeom.profile.units import is_length
 from camgeom.report.figures import UNITS
+from camgeom.report.measured import of_followers
 
 if TYPE_CHECKING:
     from camgeom.profile import Profile
@@ -49,6 +50,9 @@ PLOTTED = (
     ("contact.peak_slice_pressure_mpa", "Contact pressure, hardest place", "MPa"),
     ("contact.peak_pressure_mpa", "Contact pressure, quoted place", "MPa"),
     ("contact.peak_torque_n_m", "Peak torque", "N m"),
+    ("together.peak_pressure_mpa", "Contact pressure, hardest follower", "MPa"),
+    ("together.peak_torque_n_m", "Peak torque, all followers", "N m"),
+    ("together.least_life_h", "Shortest life of all followers", "h"),
     ("fatigue.roller_slice_life_h", "Roller life", "h"),
     ("dynamics.first_frequency_hz", "First natural frequency", "Hz"),
     ("dynamics.frequencies_hz.1", "First natural frequency", "Hz"),
@@ -149,7 +153,13 @@ def _profile(study: Study) -> Profile | None:
 
 def _shown(rows: Sequence[Row], figures: Sequence[str]) -> tuple[Shown, ...]:
     """The figures that some variant has: those asked for, else the usual ones."""
-    usual = {key: Shown(key, label, unit) for key, label, unit in PLOTTED}
+    followers = {key.split(".")[1] for row in rows for key in row.figures if key.startswith("followers.")}
+    count = max(map(int, followers), default=1)
+    usual: dict[str, Shown] = {}
+    for key, label, unit in PLOTTED:
+        usual[key] = Shown(key, label, unit)
+        for one in of_followers((key,), count)[1:]:
+            usual[one] = Shown(one, f"{label}, follower {one.split('.')[1]}", unit)
     keys = figures or usual
     there = {key for row in rows for key, value in row.figures.items()
              if isinstance(value, int | float) and not isinstance(value, bool)}  # fmt: skip

@@ -12,7 +12,7 @@ import numpy as np
 
 from camgeom.checks.verdict import ENDLESS_H
 from camgeom.design.sampling import Tie
-from camgeom.design.study import Axis, Data, Measure, Row, Study, Value, axis
+from camgeom.design.study import Axis, Data, Measure, Row, Study, Value, alike, axis
 from camgeom.errors import Problem, ProfileError, did_you_mean
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
@@ -32,7 +32,7 @@ CHECKED = {
     "undercut": ("flank.undercut_margin",),
     "contact-pressure": ("contact.peak_slice_pressure_mpa", "contact.peak_pressure_mpa"),
     "contact-kept": ("contact.least_force_n",),
-    "torque": ("contact.peak_torque_n_m",),
+    "torque": ("contact.peak_torque_n_m", "together.peak_torque_n_m"),
     "bearing": ("fatigue.bearing_static_safety",),
     "life": ("fatigue.roller_slice_life_h", "fatigue.cam_slice_life_h", "fatigue.bearing_life_h",
              "fatigue.face_life_h"),
@@ -194,6 +194,8 @@ def figure_name(word: str, known: Sequence[str], key: str) -> str:
     """The figure that a word names: whole, by an alias, or by the end of a name that no other has."""
     name = ALIASES.get(word, word)
     ends = [one for one in known if one == name or one.endswith(f".{name}")]
+    if name not in known and any(one.startswith("followers.") for one in ends):
+        ends = list(dict.fromkeys((*ends, *alike(name, known))))
     if name in known or len(ends) == 1:
         return name if name in known else ends[0]
     message = "names several figures" if ends else "is no figure of this cam"
@@ -214,7 +216,10 @@ def limits_of(row: Row, findings: Sequence[Mapping[str, Any]], known: Sequence[s
         limit = finding["limit"]
         if len(str(finding["comparison"])) == 1:  # it may not even be met
             limit -= sign * STRICT * max(abs(limit), 1.0)
-        for name in (*CHECKED.get(finding["check"], ()), f"checks.{finding['check']}"):
+        judged = (*CHECKED.get(finding["check"], ()), f"checks.{finding['check']}")
+        each = [one for one in known if one.startswith("followers.") and one.split(".", 2)[2] in judged]
+        each += [one for one in known if one.startswith(f"checks.{finding['check']} follower ")]
+        for name in (*judged, *each):
             value = row.figures.get(name)
             same = isinstance(value, int | float) and math.isclose(abs(value), abs(finding["value"]), rel_tol=1e-6)
             if name in known and same:

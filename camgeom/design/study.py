@@ -127,6 +127,13 @@ def _span(text: str, problem: Problem) -> tuple[Value, ...]:
     return tuple(int(value) for value in values) if whole else tuple(values)
 
 
+def alike(name: str, known: Iterable[str]) -> list[str]:
+    """Figures of several followers, and of all together, that end as a name does which is none of them."""
+    last = name.rpartition(".")[2]
+    return [one for one in known if (one.startswith("followers.") and one.endswith(f".{name}"))
+            or one == f"together.{last}"]  # fmt: skip
+
+
 PLAY = {"follower.clearance": 1.0, "cam.running_clearance": 0.5}
 """keys of the play that a body is cut with, as shares of the play between two contacts"""
 
@@ -303,9 +310,13 @@ class Study:
             return
         last = len(self) - 1
         known |= self.row(self.values(range(last, last + 1))[0])[0].figures.keys()
-        unknown = [Problem("--figures", "no variant has the figure", key, "", did_you_mean(key, known) or
-                           "figures are named as in result.json, joined by dots: contact.peak_pressure_mpa")
-                   for key in absent if key not in known]  # fmt: skip
+        advice = "figures are named as in result.json, joined by dots: contact.peak_pressure_mpa"
+        unknown = []
+        for key in absent:
+            if key not in known:
+                several = alike(key, sorted(known))
+                hint = f"one of {', '.join(several)}" if several else did_you_mean(key, known) or advice
+                unknown.append(Problem("--figures", "no variant has the figure", key, "", hint))
         if unknown:
             raise ProfileError(unknown)
 

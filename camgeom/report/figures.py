@@ -46,6 +46,8 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("mean_torque_n_m", "mean camshaft torque, all followers", "N m"),
         ("least_apart_mm", "least distance between rollers", "mm"),
         ("cam_life_h", "cam life under all followers", "h"),
+        ("peak_pressure_mpa", "peak contact pressure, hardest follower", "MPa"),
+        ("least_life_h", "shortest life of all followers", "h"),
         ("tolerance.yield", "machines of which all followers keep every limit", ""),
     ),
     "output_shaft": (

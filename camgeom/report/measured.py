@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
 from camgeom.checks import applies, light_checks
 from camgeom.checks import checks as registered
 from camgeom.report.delivery import finite
-from camgeom.report.result import PRODUCTS, chosen, compute
+from camgeom.report.result import PRODUCTS, RIDES, chosen, compute, own_sections
 
 if TYPE_CHECKING:
     from camgeom.checks.verdict import Verdict
@@ -19,6 +20,9 @@ STUDIED = ("motion", "blank", "flank", "checks", "contact", "fatigue")
 """Products of a study where none are named: everything that needs no solid."""
 MOVING = {"dynamics", "impact", "operation"}
 """tables of a profile whose keys, when they are varied, ask for the dynamics too"""
+SECTIONS = ("motion", "blank", "flank", "solid", "contact", "together", "output_shaft", "fatigue", "dynamics", "impact",
+            "cutter", "tolerance", "body")  # fmt: skip
+"""of the result whose numbers are figures"""
 OF_TABLES = ("dynamics", "cutter", "tolerance")
 """products of a table of the profile, whose checks judge them"""
 
@@ -35,7 +39,7 @@ def asked(
             named = tuple(name for name, one in registered().items() if own & set(one.needs))
             products = (*products, "checks")
         return products, named
-    wanted = {figure.partition(".")[0] for figure in figures} & set(PRODUCTS) - {"exports", "report"}
+    wanted = {product_of(figure) for figure in figures} & set(PRODUCTS) - {"exports", "report"}
     if ("dynamics" in data or "impact" in data) and tables & MOVING:
         wanted.add("dynamics")
     if "cutter" in tables:
@@ -46,20 +50,43 @@ def asked(
     return (*STUDIED, *beside), light_checks()
 
 
+def product_of(figure: str) -> str:
+    """The product of the result that a figure comes with: `contact` of `followers.2.contact.peak_pressure_mpa`."""
+    first, *rest = figure.split(".")
+    if first == "followers":
+        first, *rest = rest[1:] or [""]
+    return RIDES.get(".".join((first, *rest[:1])), RIDES.get(first, first))
+
+
+def of_followers(figures: Collection[str], count: int) -> list[str]:
+    """Names of figures, each with those of so many followers in its place behind it."""
+    if count == 1:
+        return list(figures)
+    return [name for figure in figures
+            for name in (figure, *(f"followers.{k}.{figure}" for k in range(1, count + 1)))]  # fmt: skip
+
+
 def measure(
     model: Model, products: tuple[str, ...], checks: tuple[str, ...] | None
 ) -> tuple[Figures, str, str]:
-    """The figures of one variant, its verdict and the reason of that."""
+    """The figures of one variant, its verdict and the reason of that.
+
+    Of several followers no figure of one is without its number: `followers.1.contact.peak_pressure_mpa`; what they do
+    together is `together.peak_pressure_mpa`.
+    """
     result = compute(model, products, checks)
     figures: Figures = {}
-    for section in ("motion", "blank", "flank", "solid", "contact", "output_shaft", "fatigue", "dynamics", "impact",
-                    "cutter", "tolerance", "body"):  # fmt: skip
-        figures |= _flat(result.data.get(section, {}), section)
-    for row in result.data.get("fatigue", {}).get("conventions", ()):
-        figures |= _flat(row, f"fatigue.conventions.{row['convention'].replace(', ', '-')}")
+    others = result.data.get("followers", [])
+    own = own_sections(others)
+    figures |= _told(result.data, [section for section in SECTIONS if section not in own])
+    if own:
+        for number, data in enumerate((result.data, *others), start=1):
+            named = _told(data, [section for section in SECTIONS if section in own])
+            figures |= {f"followers.{number}.{name}": value for name, value in named.items()}
     for finding in result.findings:
-        name = f"checks.{finding.check}" + (f" {finding.where}" if f"checks.{finding.check}" in figures else "")
-        figures[name] = finite(finding.value)
+        name, who = f"checks.{finding.check}", re.match(r"follower \d+(?=: |$)", finding.where)
+        name += f" {who[0]}" if who else ""
+        figures[f"checks.{finding.check} {finding.where}" if name in figures else name] = finite(finding.value)
     failed = [finding.check for finding in result.findings if not finding.passed]
     unmade = [product.reason for product in result.products if product.exit_status]
     words = {0: result.verdict.level, 1: "fail", 2: "bad input", 3: "no result"}
@@ -67,6 +94,17 @@ def measure(
         figures["loads"] = result.verdict.loads.whose
     figures["not_judged"] = _not_judged(model, result.verdict, checks if "checks" in products else ())
     return figures, words[result.exit_status], "; ".join(dict.fromkeys([*unmade, *failed]))
+
+
+def _told(data: dict[str, Any], sections: Sequence[str]) -> Figures:
+    """The figures of some sections of a follower's data."""
+    figures: Figures = {}
+    for section in sections:
+        figures |= _flat(data.get(section, {}), section)
+    if "fatigue" in sections:
+        for row in data.get("fatigue", {}).get("conventions", ()):
+            figures |= _flat(row, f"fatigue.conventions.{row['convention'].replace(', ', '-')}")
+    return figures
 
 
 def _not_judged(model: Model, verdict: Verdict, checks: tuple[str, ...] | None) -> str:

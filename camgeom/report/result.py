@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from importlib import import_module
 from math import degrees
@@ -255,6 +255,12 @@ def _within(name: str, source: Callable[[Model], dict[str, Any]], model: Model) 
     """A section's data; NotConverged where a number leaves its range on the way."""
     with within_range(name):
         return source(model)
+
+
+def own_sections(others: Sequence[Mapping[str, Any]]) -> set[str]:
+    """Sections of the result that are each follower's own, by the rows of the further ones; none of one follower."""
+    # On one track motion and flank are those of all.
+    return (LOADED if others else set()) | (OWN if any(other["track"] > 1 for other in others) else set())
 
 
 def explain(model: Model, products: Iterable[str]) -> list[str]:

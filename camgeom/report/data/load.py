@@ -113,7 +113,8 @@ def _borne(model: Model) -> dict[str, Any]:
 
 
 def together_data(model: Model) -> dict[str, Any]:
-    """What several followers do together: the torque of the shaft, how near their rollers come, the cam's life.
+    """What several followers do together: the torque of the shaft, how near their rollers come, the cam's life; the
+    hardest pressure and the shortest life of all, where every follower has one.
 
     The cam lives as long as the track that lives least, under all followers on it.
     """
@@ -125,6 +126,13 @@ def together_data(model: Model) -> dict[str, Any]:
     lives = [one.lives["cam"] for one in model.bindings if "cam" in one.lives]
     if lives:
         data["cam_life_h"] = finite(min(lives))
+    carriers = [one.hardest_state.carrier for one in model.bindings]
+    peaks = [None if carrier is None else carrier.peak_pressure for carrier in carriers]
+    known = [peak.value for peak in peaks if peak is not None]
+    if len(known) == len(peaks):
+        data["peak_pressure_mpa"], data["hardest_follower"] = max(known), known.index(max(known)) + 1
+    if all(one.lives for one in model.bindings):
+        data["least_life_h"] = finite(min(min(one.lives.values()) for one in model.bindings))
     return data
 
 
