@@ -81,7 +81,7 @@ CUT_AWAY = 1e-9
 def _left(model: Model) -> Callable[[Floats], Mask]:
     """Whether points (3, n) of the flanks are left: within the blank, and cut away by no tool's other pass."""
     depth = within(model)
-    cutters = () if model.planar is not None else tuple(track for one in model.grooves for track in one.cutters)
+    cutters = tuple(track for one in model.grooves if one.planar is None for track in one.cutters)
 
     def left(x: Floats) -> Mask:
         kept = depth(x) >= 0.0
@@ -97,9 +97,9 @@ def _contact(
 ) -> tuple[int, float, Floats, Floats]:
     """Number and side of a flank's roller track; pressure angle (rad) and relative curvature (1/mm) of its contact."""
     if isinstance(surface, RolledFlank):
-        flanks = [survey for one in model.grooves for survey in one.flanks]
-        track = next(i for i, survey in enumerate(flanks) if survey.cutter is surface.track)
-        flank = Flank(flanks[track].track, surface.angle(phi), t[:, None], surface.side)
+        flanks = [(one.groove + k, survey) for one in model.grooves for k, survey in enumerate(one.flanks)]
+        track, survey = next(each for each in flanks if each[1].cutter is surface.track)
+        flank = Flank(survey.track, surface.angle(phi), t[:, None], surface.side)
         return track, surface.side, flank.pressure_angle()[:, 0], flank.k_rel[:, 0]
     touches = [(one.groove, touch) for one in model.grooves for touch in one.mechanism.touches]
     track, touch = next((one for one in touches if one[1].outline is surface.outline), touches[0])

@@ -288,6 +288,10 @@ class Model(Sealed):
         """The tracks with the tool that cuts them (clearance, groove depth)."""
         return self.mechanism.cutters
 
+    def within(self, x: Floats) -> Floats:
+        """How deep points (3, ...) of the flanks lie on the cam's material, mm, by the track that has them deepest."""
+        return np.asarray(np.maximum.reduce([one.mechanism.within(x) for one in self.grooves]))
+
     @fact
     def drive_angle(self) -> Extreme | None:
         """Largest pressure angle, rad, of the best placed roller, of cams whose rollers take turns.
@@ -723,7 +727,7 @@ class Model(Sealed):
                 one.refuse_folded()
         made = machining_of(self.profile.name, spec, [one.mechanism for one in self.grooves], self.parts)
         drum = self.mechanism.drum
-        within = drum.under if drum is not None and drum.hollow else self.mechanism.within
+        within = drum.under if drum is not None and drum.hollow else self.within
         return Outcome(replace(made, assumed=self.profile.cutter_spec is None), within)
 
     @fact

@@ -196,4 +196,4 @@ def flank_surfaces(model: Model) -> tuple[FlankSurface, ...]:
 def within(model: Model) -> Within:
     """How deep points (3, n) of the flanks lie within the blank: tracks run beyond the cam's ends and outside."""
     drum = model.mechanism.drum
-    return drum.within if drum is not None else model.mechanism.within
+    return drum.within if drum is not None else model.within

@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 
-from camgeom.export.points import flank_points
+from camgeom.export.points import flank_points, write_cmm_csv
+from camgeom.inspection import inspect
+from camgeom.inspection.points import read_points
 from camgeom.maths import Floats
 from camgeom.model import Model
+from camgeom.model.surfaces import flank_surfaces
 from camgeom.profile import from_data
 from camgeom.profile.text import load
 from camgeom.track import Arc, Straight, Track
+from tests.oracle.cams import Judge, judges_of
 from tests.oracle.envelope import roller_distance, swept_distance
 from tests.places import PROFILES
+from tests.reference.profiles import built
 
 CLOSE = 1e-9
 """mm"""
@@ -114,3 +122,87 @@ def test_points_under_flat_faces_touch_the_face_and_are_never_cut_by_it(name: st
         np.column_stack([np.cos(phi), -way * np.sin(phi), 0.0 * phi]), abs=1e-12
     )
     assert 0.0 <= cloud["points"][:, 2].min() <= cloud["points"][:, 2].max() <= model.mechanism.width
+
+
+ROLLERS = {
+    "cylinder": {"shape": "cylinder"}, "crowned": {"shape": "crowned", "crown_radius": 150.0},
+    "cone": {"shape": "cone", "half_angle": 7.0}, "widening": {"shape": "cone", "half_angle": -5.0},
+}  # fmt: skip
+
+
+def moves(stroke: float) -> tuple[dict[str, float | str], ...]:
+    return ({"until": 180.0, "to": stroke, "law": "cycloidal"}, {"until": 360.0, "to": 0.0, "law": "cycloidal"})
+
+
+def plate(upper: str, lower: str, rim: str | None, first: int) -> dict[str, Any]:
+    """A disc with grooves in both faces, each as deep as its roller is long, and a profile or a circle as its rim.
+
+    first  number of the track that stands before the others in the profile
+    """
+    own: dict[str, Any] = {"form": "groove", "rim": "profile" if rim else "circle"}
+    tracks: list[dict[str, Any]] = [
+        {"cam": own | {"face": "upper", "base_radius": 52.0, "center_distance": 135.0, "groove_depth": 11.0,
+                       "running_clearance": 0.02},
+         "follower": {"kind": "swinging", "arm": 115.0}, "roller": {"diameter": 22.0, "length": 11.0} | ROLLERS[upper],
+         "motion": moves(8.0)},
+        {"cam": own | {"face": "lower", "base_radius": 58.0, "groove_depth": 10.0},
+         "follower": {"kind": "translating", "face": "roller", "offset": 6.0},
+         "roller": {"diameter": 19.0, "length": 10.0} | ROLLERS[lower], "motion": moves(14.0)},
+    ]  # fmt: skip
+    outside: dict[str, Any] = {"cam": {"form": "external", "base_radius": 110.0}, "motion": moves(9.0)}
+    if rim == "flat":
+        tracks.append(outside | {"follower": {"kind": "translating", "face": "flat"}})
+    elif rim:
+        tracks.append(outside | {"follower": {"kind": "translating", "face": "roller", "offset": 0.0},
+                                 "roller": {"diameter": 30.0, "length": 40.0} | ROLLERS[rim]})  # fmt: skip
+    head, *others = tracks[first:] + tracks[:first]
+    body = {"kind": "disc", "width": 40.0, "bore": 36.0} | ({} if rim else {"diameter": 230.0})
+    return head | {"name": "plate", "cam": body | head["cam"], "track": tuple(others), "output": {"tolerance": 0.05}}
+
+
+def off(made: Model, data: dict[str, Any], x: Floats) -> Floats:
+    """Distance of points (n, 3) from the tool of each track, (k, n) mm, over the whole turn, by the oracle."""
+    lifts = [lambda phi, program=one.setup.program: program.jet(np.ravel(phi), 0)[0].reshape(np.shape(phi))
+             for one in made.grooves]  # fmt: skip
+    first, *others = [(lift, 0.0, float(lift(np.array([np.pi]))[0])) for lift in lifts]
+    (whole,) = judges_of(data, *first, np.array([np.pi, 2.0 * np.pi]), others)
+    each = [Judge(lambda at, phi, k, own=own: whole.distance(at, phi, own + 0 * k), whole.blank, grid=whole.grid)
+            for own in range(len(lifts))]  # fmt: skip
+    return np.stack([one.least(x) for one in each])
+
+
+@pytest.mark.parametrize("rim", [None, "flat", "cylinder", "crowned", "widening"])
+@pytest.mark.parametrize("lower", ["cylinder", "crowned", "widening"])
+@pytest.mark.parametrize("upper", ["cylinder", "crowned", "cone"])
+def test_every_track_of_a_plate_has_its_points(
+    upper: str, lower: str, rim: str | None, tmp_path: Path
+) -> None:
+    """Whichever track is the first: over all of its height, on the surface that its own tool leaves and none cuts."""
+    heights = [(29.0, 40.0), (0.0, 10.0), (0.0, 40.0)][: 3 if rim else 2]
+    for first in range(len(heights)):
+        data = plate(upper, lower, rim, first)
+        made, path = built(data), tmp_path / f"{first}.cmm.csv"
+        cloud, dice = flank_points(made), np.random.default_rng(7)
+        for number, ends in enumerate(heights[first:] + heights[:first]):
+            x = cloud["points"][cloud["track"] == number]
+            assert (x[:, 2].min(), x[:, 2].max()) == pytest.approx(ends, abs=CLOSE)
+            away = off(made, data, dice.permutation(x)[:6])
+            assert np.abs(away[number]).max() < CLOSE
+            assert away.min() > -CLOSE
+        write_cmm_csv(path, made, step=20.0)
+        measured = read_points(path)
+        assert measured.flank is not None
+        assert {measured.flank.count(one.name) for one in flank_surfaces(made)} == {18 * 3}
+        away = off(made, data, dice.permutation(measured.x.T)[:9])
+        assert np.abs(away.min(axis=0)).max() < CLOSE
+
+
+@pytest.mark.parametrize("first", range(3))
+@pytest.mark.parametrize(("upper", "lower"), [("cone", "cylinder"), ("cylinder", "cone"), ("cone", "cone")])
+def test_points_of_every_track_of_a_plate_are_inspected(upper: str, lower: str, first: int, tmp_path: Path) -> None:
+    made = built(plate(upper, lower, "cylinder", first))
+    write_cmm_csv(tmp_path / "plate.cmm.csv", made, step=10.0)
+    found = inspect(made, read_points(tmp_path / "plate.cmm.csv"))
+    assert len(found.flanks) == 5
+    assert all(max(abs(one.largest), abs(one.smallest)) < 1e-7 for one in found.flanks)
+    assert found.kept.all()
