@@ -18,7 +18,7 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.errors import CamgeomError, Problem, ProfileError
+from camgeom.errors import CamgeomError, Problem, ProfileError, not_installed
 from camgeom.immutable import immutable
 
 MANIFEST = "run.json"
@@ -168,12 +168,12 @@ def read_rows(path: Path, names: Iterable[str] | None = None) -> list[dict[str, 
 
 
 def pyarrow() -> Any:
-    """The library, imported when rows are asked for as Parquet. Raises CamgeomError where it is absent."""
+    """The library, imported when rows are asked for as Parquet. Raises ExportError where it is absent."""
     try:
         import pyarrow
         import pyarrow.parquet
     except ImportError:
-        raise CamgeomError("Parquet needs pyarrow: pip install 'camgeom[parquet]'") from None
+        raise not_installed("Parquet", "pyarrow", "parquet") from None
     return pyarrow
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camgeom.errors import CamgeomError, ExportError
+from camgeom.errors import ExportError, not_installed
 from camgeom.export import writer
 from camgeom.export.files import write_csv, write_whole
 from camgeom.maths import Floats
@@ -224,7 +224,7 @@ def _parquet(path: Path, columns: Columns) -> int:
         import pyarrow
         import pyarrow.parquet
     except ImportError:
-        raise CamgeomError("Parquet needs pyarrow: pip install 'camgeom[parquet]'") from None
+        raise not_installed("Parquet", "pyarrow", "parquet") from None
     rows = {head: pyarrow.array(values, from_pandas=True) for head, values in columns.items()}  # NaN: no value
     whole = pyarrow.BufferOutputStream()
     pyarrow.parquet.write_table(pyarrow.table(rows), whole)

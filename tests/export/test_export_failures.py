@@ -5,6 +5,7 @@ from __future__ import annotations
 import builtins
 import errno
 import os
+import sys
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,7 +14,7 @@ import numpy as np
 import pytest
 
 import camgeom
-from camgeom.errors import CamgeomError, ExportError
+from camgeom.errors import CamgeomError, ExportError, unmade
 from camgeom.model import Model
 from camgeom.profile import parse
 from camgeom.report.files import formats
@@ -152,3 +153,16 @@ def test_the_second_reader_of_a_whole_cam_sees_the_same_body(tmp_path: Path) -> 
         assert read.volume * unit**3 == pytest.approx(solid.mesh.volume, rel=exact), extension
         size = np.sort(np.ptp(read.vertices, axis=0) * unit)
         assert size == pytest.approx(np.sort(np.ptp(solid.mesh.vertices, axis=0)), rel=exact), extension
+
+
+@pytest.mark.parametrize(
+    ("extension", "library", "extra"), [(".dxf", "ezdxf", "dxf"), (".history.parquet", "pyarrow", "parquet")]
+)
+def test_a_library_that_is_missing_costs_its_file_alone_and_is_named(
+    extension: str, library: str, extra: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(ExportError, match=rf"needs {library}, which is not installed: .*camgeom\[{extra}\]") as caught:
+        camgeom.write(model(extension), tmp_path / f"cam{extension}")
+    why = unmade(caught.value)
+    assert (why.status, why.exit_status) == ("failed", 1)
