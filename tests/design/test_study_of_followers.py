@@ -11,6 +11,7 @@ import pytest
 
 from camgeom.checks import light_checks
 from camgeom.cli import main
+from camgeom.design.batch import offered
 from camgeom.design.requirement import figure_name, limits_of
 from camgeom.design.study import Row
 from camgeom.errors import ProfileError
@@ -75,8 +76,10 @@ def test_one_follower_s_figures_have_no_number() -> None:
     assert not [name for name in figures if name.startswith(("followers.", "together."))]
 
 
-def test_an_aim_that_is_of_no_follower_is_refused(faces: Model) -> None:
-    known = list(measured(faces)[0])
+@pytest.mark.parametrize("case", ["faces", "stations"])
+def test_an_aim_that_is_of_no_follower_is_refused(case: str, request: pytest.FixtureRequest) -> None:
+    model = request.getfixturevalue(case)
+    known = [*measured(model)[0], *offered(model.profile)]
     with pytest.raises(ProfileError, match=r"names several.*followers\.1\.contact\.peak_pressure_mpa, "
                        r"followers\.2\.contact\.peak_pressure_mpa, .*together\.peak_pressure_mpa"):  # fmt: skip
         figure_name("contact.peak_pressure_mpa", known, "--least")
@@ -101,6 +104,17 @@ def test_the_limits_of_every_follower_bound_a_search(faces: Model) -> None:
 def test_a_figure_asks_for_its_product(figure: str, product: str) -> None:
     assert product_of(figure) == product
     assert of_followers(["a.b"], 1) == ["a.b"]
+
+
+def test_a_search_for_one_of_several_followers_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("pymoo", reason="no pymoo: scripts/test_extras installs it and runs these tests")
+    path = tmp_path / "three.toml"
+    path.write_text(STATIONS)
+    asked = ["optimise", str(path), "--free", "cam.base_radius=34:44", "--points", "10", "--out", str(tmp_path)]
+    assert main([*asked, "--least", "contact.peak_pressure_mpa"]) == 2
+    assert "followers.2.contact.peak_pressure_mpa" in capsys.readouterr().err
+    assert main([*asked, "--least", "together.peak_pressure_mpa"]) == 0
+    assert "together.peak_pressure_mpa" in capsys.readouterr().out
 
 
 def test_the_command_shows_every_follower(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

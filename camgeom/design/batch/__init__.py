@@ -112,8 +112,8 @@ def leveled(profile: Profile) -> bool:
 
 
 def offered(profile: Profile) -> tuple[str, ...]:
-    """Names of the figures that the batch gives for this profile; none where it has no kernel."""
-    found = _kernel(profile)
+    """Names of the figures that the batch gives for this profile; none without a kernel, nor of several followers."""
+    found = None if profile.track or profile.station else _kernel(profile)
     return found.offered(profile) if found is not None else ()
 
 
