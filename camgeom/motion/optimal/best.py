@@ -7,6 +7,7 @@ B. Demeulenaere et al., Optimal splines for rigid motion systems: a convex progr
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
 from typing import final
@@ -19,7 +20,7 @@ from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.optimal.bound import weigh
 from camgeom.motion.optimal.programme import SearchPurse
-from camgeom.motion.optimal.search import Found, far, find, graded, refined
+from camgeom.motion.optimal.search import Found, far, find, graded, refined, unseen
 from camgeom.motion.optimal.shape import Shape, moment_parts, residual_peaks
 from camgeom.motion.optimal.wish import ALL, EVEN, LIMITS, Task, Wish
 from camgeom.motion.table import Piece
@@ -164,7 +165,10 @@ def sought(wish: Wish) -> Best | Impossible:
     """What `best` keeps, computed. Raises NotConverged."""
     purse = SearchPurse()
     even = wish.nearly_even
-    found = None if even else find(Task.of(wish), None, purse)
+    # Where jerks are shorter than a span a finer even mesh costs much: the law with least of all limits shows sooner
+    # where they belong.
+    whole = wish.aim != "peak-acceleration"
+    coarse = found = None if even else find(Task.of(wish), None, purse, whole)
     if (found is None or far(Task.of(wish), found)) and (wish.given or wish.monotone):
         proof = _loosest(wish, found, purse) if wish.given else None
         if found is None and proof is not None and proof.bound > 1.0:
@@ -175,6 +179,9 @@ def sought(wish: Wish) -> Best | Impossible:
             return Impossible(wish, factor, factor, {"velocity": 1.0}, {})
         if proof is not None and not even:
             found = _beside(wish, proof, found, purse)
+    if not whole and coarse and found and unseen(Task.of(wish), coarse) and far(Task.of(wish), found):
+        with suppress(NotConverged):
+            found = _better(wish, None, found, purse)
     if even:
         raise NotConverged(
             f"a limit of the velocity of {wish.velocity:.9g} leaves a ramp {wish.longest_ramp:.2g} of the travel: "
@@ -207,15 +214,21 @@ def _beside(wish: Wish, proof: Found, found: Found | None, purse: SearchPurse) -
         if found is not None and not far(task, found):
             break
         try:
-            other = find(task, mesh, purse)
+            found = _better(wish, mesh, found, purse)
         except NotConverged:
             if found is None:
                 raise
             break
-        if other is not None:
-            better = other if found is None or other.value < found.value else found
-            found = replace(better, bound=max(one.bound for one in (found, other) if one is not None))
     return found
+
+
+def _better(wish: Wish, mesh: Shape | None, found: Found | None, purse: SearchPurse) -> Found | None:
+    """The better law of one found and that of a mesh, with the better bound. Raises NotConverged."""
+    other = find(Task.of(wish), mesh, purse)
+    if other is None:
+        return found
+    better = other if found is None or other.value < found.value else found
+    return replace(better, bound=max(one.bound for one in (found, other) if one is not None))
 
 
 def _impossible(wish: Wish, proof: Found, purse: SearchPurse) -> Impossible:

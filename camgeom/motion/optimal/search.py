@@ -60,6 +60,8 @@ ROUGH = 1e-2
 CLOSE, NEAR = 3e-5, 3e-6
 """a gap that no further pass is made for; of a residual below LITTLE, share of the lift: other breaks prove no more"""
 
+VAGUE = 0.5
+"""share of a value below which a bound says next to nothing"""
 FAR = 1e-3
 """a gap for which meshes are tried that are fine where even ones are not"""
 
@@ -75,9 +77,12 @@ class Found:
     solved: Solved
 
 
-def find(task: Task, begun: Shape | None = None, purse: SearchPurse | None = None) -> Found | None:
+def find(
+    task: Task, begun: Shape | None = None, purse: SearchPurse | None = None, whole: bool = True
+) -> Found | None:
     """The best shape; None where no mesh holds one that keeps the limits. A shape to begin with is the first mesh.
 
+    whole  whether the mesh is refined also where its spans are too long for the law
     Raises NotConverged where the purse, one of its own by default, is spent.
     """
     purse = purse or SearchPurse()
@@ -108,7 +113,7 @@ def find(task: Task, begun: Shape | None = None, purse: SearchPurse | None = Non
             best = Found(kept_as, settled.value, bound, settled)
         if task.residual.slope and best.value <= SILENT:
             break
-        if best.value - best.bound <= _near(task, best.value):
+        if best.value - best.bound <= _near(task, best.value) or (not whole and unseen(task, best)):
             break
         mesh = refined(settled.shape)
     return best
@@ -123,6 +128,11 @@ def far(task: Task, found: Found) -> bool:
     """Whether the bound is so far below that another mesh may hold a better law."""
     least = SHOWN if task.residual.slope else EXACT
     return found.value > least and found.value - found.bound > max(FAR * found.value, least)
+
+
+def unseen(task: Task, found: Found) -> bool:
+    """Whether the law is built of jerks shorter than a span of an even mesh, and its bound says next to nothing."""
+    return found.value * SPANS < task.wish.jerk < np.inf and found.bound < VAGUE * found.value
 
 
 def _bound(task: Task, settled: Solved, cuts: Cuts, purse: SearchPurse) -> float:
