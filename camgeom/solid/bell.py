@@ -10,6 +10,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from camgeom.errors import DesignError
@@ -92,7 +94,7 @@ class GroovedRing(QuickPart):
         inward = self.track.sense > 0
         return closed_body(self.name, grid, NAMES, inward, (0.0, self.web), self.blank, tolerance, free)
 
-    def check(self, edges: list[Floats]) -> None:
+    def check(self, edges: Sequence[Floats]) -> None:
         """DesignError where the edges (3, n), from the upper mouth over the floor to the lower mouth, leave the ring,
         turn back, or cross."""
         if min(edge[2].min() for edge in edges) <= self.web or max(edge[2].max() for edge in edges) >= self.length:

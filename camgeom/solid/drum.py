@@ -248,7 +248,7 @@ class EndFaceRing(QuickPart):
         (side,) = self.track.sides
         return wall_between(column, side, (self.outer, self.inner), share)
 
-    def check(self, edges: tuple[Floats, Floats]) -> None:
+    def check(self, edges: Sequence[Floats]) -> None:
         """DesignError where the outer or the inner edge (3, n) turns back, or cuts into the web."""
         if min(edge[2].min() for edge in edges) <= self.web:
             raise DesignError("the end face cuts into the web; a greater `height` or a thinner `web`")

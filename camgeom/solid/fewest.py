@@ -17,14 +17,13 @@ from camgeom.errors import NotConverged
 from camgeom.maths import Floats
 from camgeom.maths.banded import Band, Banded, banded
 from camgeom.maths.sampling import TURN, Strip, subdivided_knots
-from camgeom.solid import TOUCHED, Part, Solid, stated
+from camgeom.solid import TOUCHED, Part, Solid
 from camgeom.solid.bell import NAMES, GroovedRing
-from camgeom.solid.blank import Blank, close_ends
-from camgeom.solid.builder import Builder
 from camgeom.solid.cut import IndexingCut
-from camgeom.solid.drum import EndFaceRing, GroovedCylinder, RibbedCylinder, on_cylinder, refuse_turned
+from camgeom.solid.drum import EndFaceRing, GroovedCylinder, RibbedCylinder, refuse_turned
 from camgeom.solid.grooves import GroovedDrum
 from camgeom.solid.lands import NotOneSurface
+from camgeom.solid.round import Check, Meshed, Ring, Round, Run, closed, meshed, with_free
 from camgeom.solid.stitch import Errors, GrooveFacets, TurretSurface
 from camgeom.track import Track
 from camgeom.track.section import Column, CrossSection
@@ -43,8 +42,6 @@ SAME = 1e-9
 """difference of angles, rad, that are the same"""
 Surface = Callable[[Floats, Floats], Floats]
 """points (3, n, m) at angles (n,) and ways across (n, m)"""
-Edge = Callable[[Floats], Floats]
-"""points (3, n, 1) at angles (n,)"""
 
 
 def fewest(part: Part, tolerance: float, free: float | None = None) -> Solid:
@@ -52,19 +49,28 @@ def fewest(part: Part, tolerance: float, free: float | None = None) -> Solid:
 
     free  mm, tolerance of the faces that no follower touches; None: the same
     """
-    if isinstance(part, GroovedCylinder):
-        return _grooved(part, tolerance, free)
-    if isinstance(part, GroovedDrum):
-        return _grooves(part, tolerance, free)
-    if isinstance(part, RibbedCylinder):
-        return _ribbed(part, tolerance, free)
-    if isinstance(part, EndFaceRing):
-        return _end_face(part, tolerance, free)
-    if isinstance(part, GroovedRing):
-        return _bell(part, tolerance, free)
     if isinstance(part, IndexingCut):
         return _turret(part, tolerance, free)
-    return part.solid(tolerance, free)
+    if isinstance(part, GroovedCylinder):
+        return _cornered(part, tolerance, free)
+    body = round_body(part, tolerance)
+    if body is None:
+        return part.solid(tolerance, free)
+    return closed(body, meshed(body, tolerance, free), tolerance, free)
+
+
+def round_body(part: Part, tolerance: float) -> Round | None:
+    """A drum's or an end face's surfaces round the axis; None of any other body."""
+    if isinstance(part, GroovedCylinder):
+        return _drum(part, (part,), tolerance, partial(_check_groove, part))
+    if isinstance(part, GroovedDrum):
+        part.refuse_overlap()
+        return _drum(part, part.ordered, tolerance, _check_grooves)
+    if isinstance(part, RibbedCylinder):
+        return _ribbed(part, tolerance)
+    if isinstance(part, EndFaceRing):
+        return _end_face(part, tolerance)
+    return _bell(part, tolerance) if isinstance(part, GroovedRing) else None
 
 
 def _turret(body: IndexingCut, tolerance: float, free: float | None) -> Solid:
@@ -93,8 +99,7 @@ def turret_grooves(
     for section, strip in zip(surface.sections, strips):
         span = knots if surface.closed else _reach(surface, section.track, strip, once)
         bands = _turret_bands(section, tolerance, free)
-        rims = partial(_at_share, bands[0].at, 0.0), partial(_at_share, bands[-1].at, 1.0)
-        beyond = partial(_rim_steps, surface, rims, RIM * (free or tolerance))
+        beyond = partial(_rim_steps, surface, RIM * (free or tolerance))
         made = banded(bands, span, surface.closed, surface.kept, beyond)
         errors += [(band.name, error) for band, error in zip(bands, made.errors)]
         found.append(_turret_groove(surface, made, span, len(bands)))
@@ -108,14 +113,14 @@ def _turret_bands(section: CrossSection, tolerance: float, free: float | None) -
         Band(name, partial(columns.points, at), tolerance, source=columns, side=side, sharp=plain or not side)
         for side, (name, at) in enumerate(zip(section.names, section.bands))
     ]
-    return _with_free(own, free)
+    return with_free(own, tolerance, free)
 
 
-def _rim_steps(surface: TurretSurface, rims: tuple[Edge, Edge], sag: float, phi: Floats) -> Floats:
-    """Longest steps (2, n) of a groove's rims at cam angles (n,), rad, for lands between them with a sag, mm."""
+def _rim_steps(surface: TurretSurface, sag: float, phi: Floats, rims: Floats) -> Floats:
+    """Longest steps (2, n) of a groove's rims (2, 3, n) at cam angles (n,), rad, for lands with a sag, mm."""
     found = []
     for rim in rims:
-        x, w = surface.unrolled(rim(phi)[:, :, 0], phi)
+        x, w = surface.unrolled(rim, phi)
         along, across = np.gradient(x, phi), np.gradient(w, phi)
         # A land bends one way along and the other way across: chords on either side of its rim sag by either.
         none = np.zeros_like(w)
@@ -152,46 +157,40 @@ def _turret_groove(surface: TurretSurface, made: Banded, span: Floats, bands: in
     )  # fmt: skip
 
 
-def _grooved(body: GroovedCylinder, tolerance: float, free: float | None) -> Solid:
+def _cornered(body: GroovedCylinder, tolerance: float, free: float | None) -> Solid:
     """Raises DesignError where the topology is not that of a closed groove inside the cylinder."""
+    shape = round_body(body, tolerance)
+    assert shape is not None
 
-    def mesh(fine: float, coarse: float | None) -> tuple[list[Band], Banded]:
-        bands = _with_free(drum_bands((body,), fine), coarse)
-        return bands, banded(bands, body.track.knots())
-
-    def feet(made: tuple[list[Band], Banded]) -> tuple[Floats, Floats]:
-        low, high = (made[1].phi[made[1].edges[b]] for b in (2, -3))
+    def feet(made: Meshed) -> tuple[Floats, Floats]:
+        (run,) = made.runs
+        low, high = (run.phi[run.edges[b]] for b in (1, -2))
         return np.append(low, low[0] + TURN), np.append(high, high[0] + TURN)
 
-    (bands, surface), sag = body.cornered(mesh, feet, tolerance, free)
-    surface = replace(surface, errors=tuple(max(error, sag) for error in surface.errors))
-    body.check((surface.edge(1), surface.edge(-2)))
-    body.check_within(np.concatenate([surface.edge(b)[2] for b in range(1, len(bands))]))
-    return _closed(body.name, surface, bands, body.track, (0.0, body.length), body.blank, tolerance, free)
+    made, sag = body.cornered(partial(meshed, shape), feet, tolerance, free)
+    made = replace(made, errors=[(name, max(error, sag)) for name, error in made.errors])
+    return closed(shape, made, tolerance, free)
 
 
-def _grooves(body: GroovedDrum, tolerance: float, free: float | None) -> Solid:
-    body.refuse_overlap()
-    bands = _with_free(drum_bands(body.ordered, tolerance), free)
-    surface = banded(bands, body.knots())
-    refuse_turned([surface.edge(b) for b in range(1, len(bands))], "groove's")
-    return _closed(body.name, surface, bands, body.ordered[0].track, (0.0, body.length), body.blank, tolerance, free)
+def _check_groove(body: GroovedCylinder, runs: Sequence[Banded]) -> None:
+    (run,) = runs
+    body.check((run.edge(0), run.edge(-1)))
+    body.check_within(np.concatenate([run.edge(b)[2] for b in range(len(run.edges))]))
 
 
-def drum_bands(rings: Sequence[GroovedCylinder], tolerance: float) -> list[Band]:
-    """Lands and grooves by turns, from the lower end ring to the upper one."""
-    radius, length, (low, high) = rings[0].radius, rings[0].length, rings[0].end_radii
-    grooves = [_groove(ring, tolerance) for ring in rings]
-    bands = [_land(_along_axis(partial(_at_share, grooves[0][0].at, 0.0), 0.0, radius=low), grooves[0][0])]
-    for number, own in enumerate(grooves, 1):
-        bands += own
-        edge = partial(_at_share, own[-1].at, 1.0)
-        if number < len(grooves):
-            at = _between(edge, partial(_at_share, grooves[number][0].at, 0.0), radius)
-        else:
-            at = _along_axis(edge, length, down=True, radius=high)
-        bands.append(replace(_land(at, own[-1]), sharp=True))
-    return bands
+def _check_grooves(runs: Sequence[Banded]) -> None:
+    refuse_turned([run.edge(b) for run in runs for b in range(len(run.edges))], "groove's")
+
+
+def _drum(
+    body: GroovedCylinder | GroovedDrum, grooves: Sequence[GroovedCylinder], tolerance: float, check: Check
+) -> Round:
+    """Lands and grooves by turns, each of these by the knots of its own motion."""
+    first = grooves[0]
+    low, high = (radius or first.radius for radius in first.end_radii)
+    runs = [Run(_groove(groove, tolerance), groove.track.knots()) for groove in grooves]
+    pieces: tuple[Ring | Run, ...] = (Ring(low, 0.0), *runs, Ring(high, body.length))
+    return Round(body.name, body.blank, first.track.sense > 0, pieces, ("land",) * (len(runs) + 1), check)
 
 
 def _groove(ring: GroovedCylinder, tolerance: float) -> list[Band]:
@@ -205,7 +204,6 @@ def _groove(ring: GroovedCylinder, tolerance: float) -> list[Band]:
         Band(name, partial(columns.points, at), tolerance, even=name == "flank", seen=seen, source=columns, side=side)
         for name, at, side in zip(section.names, section.bands, sides)
     ]
-    own[0] = replace(own[0], sharp=True)
     if len(own) > 2:
         foot, floor, toe = own[1:4]
         if section.foot_name == "edge":
@@ -215,89 +213,55 @@ def _groove(ring: GroovedCylinder, tolerance: float) -> list[Band]:
     return own
 
 
-def _with_free(bands: list[Band], free: float | None) -> list[Band]:
-    """The bands, those that no follower touches with a tolerance of their own."""
-    return [band if free is None or band.name == TOUCHED else replace(band, tolerance=free) for band in bands]
-
-
-def _ribbed(body: RibbedCylinder, tolerance: float, free: float | None) -> Solid:
-    """Raises DesignError where the rib leaves the drum or its edges turn back or cross."""
+def _ribbed(body: RibbedCylinder, tolerance: float) -> Round:
     low, high = Columns(body.lower), Columns(body.upper)
     up, above = (partial(_rib_wall, body, columns, side) for columns, side in zip((low, high), body.sides))
 
     def down(phi: Floats, u: Floats) -> Floats:
         return above(phi, 1.0 - u)
 
-    rising = Band("flank", up, tolerance, even=True, sharp=True, source=low)
+    rising = Band("flank", up, tolerance, even=True, source=low)
     falling = replace(rising, at=down, source=high)
-    tip = _between(partial(_at_share, up, 1.0), partial(_at_share, down, 0.0), body.radius)
-    bands = [
-        replace(_land(_along_axis(partial(_at_share, up, 0.0), 0.0), rising), name="base"), rising,
-        replace(_land(tip, rising), sharp=True), falling,
-        replace(_land(_along_axis(partial(_at_share, down, 1.0), body.length, down=True), falling), name="base",
-                sharp=True),
-    ]  # fmt: skip
-    bands = _with_free(bands, free)
-    surface = banded(bands, body.lower.knots())
-    body.check([surface.edge(b) for b in (1, 2, 3, 4)])
-    return _closed(body.name, surface, bands, body.lower, (0.0, body.length), body.blank, tolerance, free)
+    pieces = (
+        Ring(body.base, 0.0), Run([rising], body.lower.knots()), Run([falling], body.upper.knots()),
+        Ring(body.base, body.length),
+    )  # fmt: skip
+    check = partial(_check_sides, body.check)
+    return Round(body.name, body.blank, body.lower.sense > 0, pieces, ("base", "land", "base"), check)
+
+
+def _check_sides(check: Callable[[Sequence[Floats]], None], runs: Sequence[Banded]) -> None:
+    """The edges of each run's one band."""
+    check([run.edge(b) for run in runs for b in (0, 1)])
 
 
 def _rib_wall(body: RibbedCylinder, columns: Columns, side: float, phi: Floats, u: Floats) -> Floats:
     return body.wall(columns.at(phi), side, u)
 
 
-def _end_face(body: EndFaceRing, tolerance: float, free: float | None) -> Solid:
-    """Raises DesignError where an edge of the end face turns back, or cuts into the web."""
+def _end_face(body: EndFaceRing, tolerance: float) -> Round:
     columns = Columns(body.track)
-    flank = Band("flank", partial(columns.points, body.face), tolerance, even=True, sharp=True, source=columns)
-    outer, inner = (partial(_at_share, flank.at, share) for share in (0.0, 1.0))
-    bands = [
-        _land(_along_axis(outer, 0.0), flank), flank,
-        replace(_land(_along_axis(inner, body.web, down=True), flank), name="inside", sharp=True),
-    ]
-    bands = _with_free(bands, free)
-    surface = banded(bands, body.track.knots())
-    body.check((surface.edge(1), surface.edge(2)))
-    return _closed(body.name, surface, bands, body.track, (0.0, body.web), body.blank, tolerance, free)
+    flank = Band("flank", partial(columns.points, body.face), tolerance, even=True, source=columns)
+    pieces = Ring(body.outer, 0.0), Run([flank], body.track.knots()), Ring(body.inner, body.web)
+    check = partial(_check_sides, body.check)
+    return Round(body.name, body.blank, body.track.sense > 0, pieces, ("land", "inside"), check)
 
 
-def _bell(body: GroovedRing, tolerance: float, free: float | None) -> Solid:
-    """Raises DesignError where an edge turns back, or the groove leaves the ring or crosses itself."""
-    columns, (low, high) = Columns(body.track), body.sides
+def _bell(body: GroovedRing, tolerance: float) -> Round:
+    columns, (low, high), knots = Columns(body.track), body.sides, body.track.knots()
 
     def wall(side: float, column: Column, share: Floats) -> Floats:
         return body.wall(column, side, share)
 
-    falling = Band("flank", partial(columns.points, partial(wall, high)), tolerance, even=True, sharp=True,
-                   source=columns)  # fmt: skip
-    out = Band("flank", partial(columns.points, partial(wall, low)), tolerance, even=True, sharp=True, source=columns,
-               side=1)  # fmt: skip
+    falling = Band("flank", partial(columns.points, partial(wall, high)), tolerance, even=True, source=columns)
+    out = replace(falling, at=partial(columns.points, partial(wall, low)))
     rising = replace(out, at=lambda phi, u: out.at(phi, 1.0 - u))
-    upper, lower = partial(_at_share, falling.at, 0.0), partial(_at_share, rising.at, 1.0)
-
-    def rim(phi: Floats) -> Floats:
-        return body.rim(upper(phi))
-
-    def end(phi: Floats, u: Floats) -> Floats:
-        start, stop = rim(phi), upper(phi).copy()
-        stop[2] = body.length
-        return start + (stop - start) * u
-
-    floor = _between(partial(_at_share, falling.at, 1.0), partial(_at_share, rising.at, 0.0), body.floor)
-    surfaces = (
-        _along_axis(rim, 0.0), end, _along_axis(upper, body.length), falling.at, floor, rising.at,
-        _along_axis(lower, body.web, down=True),
+    pieces = (
+        Ring(body.outer, 0.0), Ring(body.outer, body.length), Ring(body.inner, body.length), Run([falling], knots),
+        Run([rising], knots), Ring(body.inner, body.web),
     )  # fmt: skip
-    beside = (falling, falling, falling, falling, falling, rising, rising)
-    bands = [
-        own if name == TOUCHED else replace(_land(at, own), name=name, sharp=number > 0)
-        for number, (name, at, own) in enumerate(zip(NAMES, surfaces, beside))
-    ]
-    bands = _with_free(bands, free)
-    surface = banded(bands, body.track.knots())
-    body.check([surface.edge(b) for b in (3, 4, 5, 6)])
-    return _closed(body.name, surface, bands, body.track, (0.0, body.web), body.blank, tolerance, free)
+    lands, check = tuple(name for name in NAMES if name != TOUCHED), partial(_check_sides, body.check)
+    return Round(body.name, body.blank, body.track.sense > 0, pieces, lands, check)
 
 
 class Columns:
@@ -350,11 +314,6 @@ class Columns:
         return band(self.at(phi), u)
 
 
-def _land(at: Surface, beside: Band) -> Band:
-    """A cylinder beside a band of the same columns."""
-    return Band("land", at, beside.tolerance, source=beside.source, side=beside.side)
-
-
 def _halves(band: Band, even: tuple[bool, bool]) -> list[Band]:
     """Both halves of a band, to have columns of their own; which of them share those with their edges."""
 
@@ -365,53 +324,3 @@ def _halves(band: Band, even: tuple[bool, bool]) -> list[Band]:
         replace(band, at=partial(half, start), even=own, sharp=band.sharp and not start)
         for start, own in zip((0.0, 0.5), even)
     ]
-
-
-def _along_axis(edge: Edge, z: float, down: bool = False, radius: float | None = None) -> Surface:
-    """The cylinder straight along Z from the ring at height z to an edge, or down from the edge to the ring.
-
-    radius  of a cone's ring, mm; None: of a cylinder's
-    """
-
-    def at(phi: Floats, u: Floats) -> Floats:
-        x, share = edge(phi), 1.0 - u if down else u
-        height = z + (x[2] - z) * share
-        away = 1.0
-        if radius is not None:
-            ring = radius / np.sqrt(x[0] * x[0] + x[1] * x[1])
-            away = ring + (1.0 - ring) * share
-        return np.stack([np.broadcast_to(x[0] * away, u.shape), np.broadcast_to(x[1] * away, u.shape), height])
-
-    return at
-
-
-def _between(start: Edge, stop: Edge, radius: float) -> Surface:
-    """A cylinder of a radius from one edge on it to another, straight in angle and z."""
-
-    def at(phi: Floats, u: Floats) -> Floats:
-        return on_cylinder(start(phi)[:, :, 0], stop(phi)[:, :, 0], radius, u)
-
-    return at
-
-
-def _at_share(at: Surface, share: float, phi: Floats) -> Floats:
-    """One row (3, n, 1) of a band."""
-    return at(phi, np.full((len(phi), 1), share))
-
-
-def _closed(
-    name: str, surface: Banded, bands: Sequence[Band], track: Track, ends: tuple[float, float], blank: Blank,
-    tolerance: float, free: float | None,
-) -> Solid:  # fmt: skip
-    """Close bands that run once round the axis, from the lower end ring to the upper one, into a solid."""
-    builder, inward = Builder(), track.sense > 0
-    builder.add(np.ascontiguousarray(surface.points.T))
-    faces = surface.faces[:, ::-1] if inward else surface.faces
-    builder.labelled(faces, surface.band, [band.name for band in bands])
-    bottom, top = surface.edges[0], surface.edges[-1]
-    if inward:
-        bottom, top = bottom[::-1], top[::-1]
-    bored = close_ends(builder, bottom, top, ends[0], ends[1], blank.bore, free or tolerance)
-    errors = [(band.name, error) for band, error in zip(bands, surface.errors)]
-    error, free_error = stated([*errors, ("bore", bored)], free)
-    return Solid(name, builder.mesh(), error, "direct", 0 if blank.bore is None else 1, free_error)

@@ -26,8 +26,8 @@ from judging import frozen, rim_distance
 from judging import judge as by_oracle
 
 SHARES = {
-    "pin_insertion": 0.50, "steep_shuttle": 0.71, "two_groove_drum": 0.58, "end_face_lifter": 0.66,
-    "tool_changer": 0.42, "barrel_indexer": 0.38, "two_start": 0.46, "feeder_runout": 0.56, "both_faces_disc": 0.31,
+    "pin_insertion": 0.50, "steep_shuttle": 0.72, "two_groove_drum": 0.61, "end_face_lifter": 0.66,
+    "tool_changer": 0.43, "barrel_indexer": 0.38, "two_start": 0.46, "feeder_runout": 0.56, "both_faces_disc": 0.31,
     "disc_face_groove": 0.68, "disc_offset_roller": 0.80, "conjugate_rocker": 0.76, "parallel_index": 0.82,
     "bell_lifter": 0.6,
 }  # fmt: skip

@@ -17,22 +17,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from camgeom.maths import Floats
-from camgeom.maths.banded.facets import Band, Banded, Shares, within
+from camgeom.maths.banded.facets import Band, Banded, Index, Shares, within
 from camgeom.maths.banded.plan import Longest, forms_of, planned
 from camgeom.maths.banded.rows import meshed
 
-__all__ = ["Band", "Banded", "banded", "forms_of"]
+__all__ = ["Band", "Banded", "Index", "banded", "forms_of"]
 
 
 def banded(
     bands: Sequence[Band], knots: Floats, closed: bool = True, shares: Shares | None = None,
-    longest: Longest | None = None,
+    longest: Longest | None = None, steady: bool = False,
 ) -> Banded:
     """Mesh bands from the first of the knots to the last, where they close on themselves or end.
 
     knots   (k,) angles at which a derivative may jump, with both ends. NotConverged where it takes too many triangles.
     shares  of the tolerance that facets are kept to, told from their corners (3, 3, f); None: all of it
-    longest  steps (2, n) of the first edge and of the last at angles (n,), for what is beyond them
+    longest  steps (2, n) of the first edge and of the last at angles (n,) and points (2, 3, n), for what is beyond
+    steady   whether numbers of rows are kept where a change would cost more than it saves
     """
-    plan = planned(bands, knots, closed, longest)
-    return within(bands, meshed(bands, plan, shares))
+    return within(bands, meshed(bands, planned(bands, knots, closed, longest, steady), shares))

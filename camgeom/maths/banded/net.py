@@ -10,7 +10,7 @@ import numpy as np
 from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
 from camgeom.maths.banded.facets import Asked, Band, Corners, Index, Mask, points_of
-from camgeom.maths.banded.plan import NetPlan
+from camgeom.maths.banded.plan import NetPlan, across
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import dot
 
@@ -68,7 +68,7 @@ class Strips:
         tip[at_low] = (high[:, 0] - np.cumsum(high[:, 1]) + high[:, 1])[s] + passed
         tip[at_high] = (low[:, 0] - np.cumsum(low[:, 1]) + low[:, 1])[t] + gone
         a, c = np.where(is_low, link, tip), np.where(is_low, tip, link)
-        final = np.flatnonzero(np.append(strip[1:] != strip[:-1], True))
+        final = np.flatnonzero(np.append(strip[1:] != strip[:-1], [True] * min(size, 1)))
         after = np.arange(1, size + 1)
         after[final] = size + np.arange(len(final))
         last = strip[final]
@@ -193,7 +193,12 @@ class Net:
         """Place of every vertex, and its u; on an edge that is 0 or 1 by the band, and the edge's number is not -1."""
         place, row = counted(self.size, np.ones_like(self.size))
         edge = np.where(self.owner % 2 == 0, self.owner // 2, -1)[place]
-        return place, np.where(edge < 0, row / self.counts[place], 0.0), edge
+        return place, np.where(edge < 0, self.ways(place, row / self.counts[place]), 0.0), edge
+
+    def ways(self, place: Index, share: Floats) -> Floats:
+        """Ways across (n,) the bands of columns at some places of rows at shares of their number."""
+        band = np.minimum(self.owner[place] // 2, len(self.whole) - 1)
+        return across(self.plan.spacing[:, band], share)
 
     def edge(self, k: int) -> Index:
         """Places of an edge's vertices."""
@@ -229,7 +234,7 @@ class Net:
     def strips(self) -> Strips:
         """What is not regular: between the edges and the first rows, and where the number of rows changes."""
         plan, owner, c = self.plan, self.owner, self.counts
-        a, u0 = len(plan.phi), 1.0 / c
+        a, every, u0 = len(plan.phi), np.arange(len(plan.phi)), 1.0 / c
         low, column, high = ((x[:, 0], x[:, 1] - x[:, 0]) for x in plan.place)
         single, several, change = (
             np.flatnonzero(on)
@@ -256,7 +261,9 @@ class Net:
         )
         edge = owner % 2 == 0
         phi = np.concatenate([plan.phi, plan.phi, plan.phi[beside][own]])
-        u = np.concatenate([np.where(edge, 0.0, 1.0 - u0), np.where(edge, 1.0, u0), row / c[beside][own]])
+        start, stop = self.ways(every, u0), self.ways(every, 1.0 - u0)
+        inside = self.ways(beside[own], row / c[beside][own])
+        u = np.concatenate([np.where(edge, 0.0, stop), np.where(edge, 1.0, start), inside])
         last = self.start + np.where(edge, 0, np.maximum(c - 2, 0))
         at_low, at_high = (
             self.start[np.concatenate([plan.place[k, change, 1], plan.place[k, change, 0]])][own] for k in (0, 2)
@@ -322,7 +329,8 @@ class Net:
                     to[np.arange(len(own)), side] = self.start[edge]
                     known[edge] = True
             wanted = row < rows[:, None] + (1 if whole else 0)
-            request.add(b, plan.phi[own], np.minimum(row / rows[:, None], 1.0), to[wanted], wanted)
+            u = across(plan.spacing[:, b], np.minimum(row / rows[:, None], 1.0))
+            request.add(b, plan.phi[own], u, to[wanted], wanted)
 
     def ask_middles(self, request: Request, gaps: list[tuple[int, Index]], first: int) -> None:
         """Ask for the points half way in regular gaps, rows doubled, one after the other from `first` on."""
@@ -333,7 +341,9 @@ class Net:
             wanted = row <= rows[:, None]
             phi = 0.5 * (self.plan.phi[at[own]] + self.plan.phi[at[own] + 1])
             last = first + int(rows.sum()) + len(rows)
-            request.add(b, phi, np.minimum(row / rows[:, None], 1.0), slice(first, last), wanted)
+            u = across(self.plan.spacing[:, b], np.minimum(row / rows[:, None], 1.0))
+            u[:, 1::2] = 0.5 * (u[:, :-1:2] + u[:, 2::2])
+            request.add(b, phi, u, slice(first, last), wanted)
             first = last
 
     def ask_alone(self, request: Request, vertex: Mask, half: Mask, halves: int, chords: int, links: int) -> None:

@@ -25,6 +25,8 @@ ACROSS = 4
 """cells across a band in which its second form is measured"""
 FILL = 0.985
 """aim of steps and rows as a share of the tolerance, so that third-order terms stay inside it"""
+SPARSE, DENSE = 1.6, 0.75
+"""most and least distance of rows at an edge of a band, of their average one"""
 GROWTH = 1.25
 """of the numbers of rows to choose from"""
 SWITCH = 1.5
@@ -38,10 +40,12 @@ CHANGE = 0.45
 """of a block, in which the number of rows may change"""
 THIN = 8.0
 """times the tolerance below which a band is so narrow that its edges and columns have the same steps"""
+CALM = 0.1
+"""share of the tolerance that a band may sag to be one that does not twist"""
 ASIDE = 0.25
 """of the distance of two rows, by which chords of one may leave it within the surface"""
-Longest = Callable[[Floats], Floats]
-"""steps (2, n) at angles (n,)"""
+Longest = Callable[[Floats, Floats], Floats]
+"""steps (2, n) at angles (n,) of the first edge and the last, whose points there are (2, 3, n)"""
 LEANS = np.array([-0.5, -0.25, 0.0, 0.25, 0.5])
 """of a step, to choose from: how far chords to the next row stand off on the average"""
 
@@ -49,7 +53,8 @@ LEANS = np.array([-0.5, -0.25, 0.0, 0.25, 0.5])
 @immutable
 class CellForms:
     """Second forms of bands in cells of u and of angle, (b, ACROSS, n); L at both edges (2, b, n), least width (b, n),
-    mm, and how sharply rows turn within the surface, mm/rad², (b, n)."""
+    mm, and how sharply rows turn within the surface, mm/rad², (b, n); points (2, 3, n) of the first edge and the last
+    in the middles of cells."""
 
     L: Floats
     M: Floats
@@ -57,12 +62,42 @@ class CellForms:
     edges: Floats
     width: Floats
     turns: Floats
+    ends: Floats
 
     def within(self, which: Index, counts: Index, tolerance: Floats) -> Floats:
         """Longest steps at which chords of some bands' rows, so many (q, b, n), stay beside each other, or within the
         tolerance (b,)."""
         aside = np.maximum(ASIDE * self.width[which] / counts, tolerance[which, None])
         return np.asarray(np.sqrt(8.0 * aside / np.maximum(self.turns[which], 1e-300)))
+
+    def spacing(self, width: Floats, longest: Floats, room: Floats) -> Floats:
+        """Distances (2, b) of rows at both edges of bands, of the average one: they follow what each cell across asks
+        for, on the average of all triangles.
+
+        width, longest  of the cells of angle, and their longest steps (n,); room: 8 times the sag of each band (b,)
+        """
+        room = room[:, None, None]
+        step = np.minimum(np.sqrt(room / np.maximum(np.abs(self.L).max(axis=1, keepdims=True), 1e-300)), longest)
+        rows = np.maximum(np.sqrt(np.abs(self.N) / room), np.abs(self.M) * step / room)
+        # Where one row is enough it has no other to stand nearer to.
+        several = rows.max(axis=1, keepdims=True) > 1.0
+        density = (rows * np.where(several, width / step, 0.0)).sum(axis=2)
+        mean, ends = density.mean(axis=1), density[:, [0, -1]].T
+        return np.clip(np.where(mean > 0.0, mean / np.maximum(ends, 1e-9 * mean + 1e-300), 1.0), DENSE, SPARSE)
+
+    def spaced(self, spacing: Floats) -> CellForms:
+        """The same bands, by the numbers of their rows across, which stand as far from each other as they ask for."""
+        u = (np.arange(ACROSS) + 0.5) / ACROSS
+        at = np.clip(ACROSS * across(spacing[..., None], u) - 0.5, 0.0, ACROSS - 1.0)
+        below = np.minimum(at.astype(np.int64), ACROSS - 2)[:, :, None]
+        share = at[:, :, None] - below
+        first, last = spacing[..., None]
+        wide = (first + u * (2.0 * (3.0 - 2.0 * first - last) + 3.0 * u * (first + last - 2.0)))[:, :, None]
+        L, M, N = (
+            (1.0 - share) * np.take_along_axis(x, below, axis=1) + share * np.take_along_axis(x, below + 1, axis=1)
+            for x in (self.L, self.M, self.N)
+        )
+        return CellForms(L, M * wide, N * (wide * wide), self.edges, self.width, self.turns, self.ends)
 
     def steps(self, which: Index, counts: Index, room: Floats, longest: Floats) -> Floats:
         """Longest steps (q, b, n) of the columns of some bands with so many rows (q,) and sags to room (b,) / 8; 0
@@ -102,6 +137,12 @@ class CellForms:
         return np.stack(found)
 
 
+def across(spacing: Floats, u: Floats) -> Floats:
+    """Ways across bands at shares u of the number of rows: a cubic whose slopes at both edges are spacing (2, ...)."""
+    first, last = spacing
+    return np.asarray(u * (first + u * ((3.0 - 2.0 * first - last) + u * (first + last - 2.0))))
+
+
 def _root(a: Floats, b: Floats, c: Floats) -> Floats:
     """Least h > 0 with a h² - 2 b h + c = 0, b and c >= 0; infinite where there is none."""
     inside = b * b - a * c
@@ -138,6 +179,7 @@ def forms_of(bands: Sequence[Band], theta: Floats) -> CellForms:
         dot(normal, bent) / square, dot(normal, twist) * (ACROSS / (2.0 * h)), dot(normal, curl) * (4.0 * ACROSS**2),
         np.stack([dot(normal[:, :, 0], first), dot(normal[:, :, -1], last)]) / square,
         np.minimum(np.minimum(width[:, :n], width[:, n + 1 :]), width[:, 1 : n + 1]), aside.max(axis=1),
+        np.stack([here[:, 0, 0], here[:, -1, -1]]),
     )  # fmt: skip
 
 
@@ -151,6 +193,7 @@ class NetPlan:
     even    (s,) whether its edges have the steps of its columns
     place   (3, s, 2) in phi where it starts and ends: of the edge below, of the columns, of the edge above
     lean    (2, b, n) at a band's first row and its last: step along phi to the next row that joins best, by cell
+    spacing (2, b) distances of a band's rows at its edges, of their average one; see `across`
     closed  whether the turn's end is its start; else the bands end there
     """
 
@@ -162,18 +205,23 @@ class NetPlan:
     even: Mask
     place: Index
     lean: Floats
+    spacing: Floats
     closed: bool
 
 
-def planned(bands: Sequence[Band], knots: Floats, closed: bool, beyond: Longest | None) -> NetPlan:
+def planned(
+    bands: Sequence[Band], knots: Floats, closed: bool, beyond: Longest | None, steady: bool
+) -> NetPlan:
     """Rows block by block, and the angles of every edge and of every band's columns."""
-    blocks = min(MANY, max(FEW, BLOCKS // (len(knots) - 1))) if beyond is None else BESIDE
+    blocks = min(MANY, max(FEW, BLOCKS // (len(knots) - 1))) if steady else BESIDE
     theta = subdivided_knots(knots, blocks * CELLS)
     width = np.diff(theta)
     longest = np.repeat(np.diff(knots), blocks * CELLS)
     forms = forms_of(bands, theta)
     n = len(width)
     room = 8.0 * FILL * np.array([band.room for band in bands])
+    spacing = forms.spacing(width, longest, room)
+    forms = forms.spaced(spacing)
     most = (1.05 * np.sqrt(np.abs(forms.N).max(axis=(1, 2)) / room)).astype(np.int64) + 2
     if int(most.max()) > MOST:
         raise NotConverged(f"the chord error asks for more than {MOST} rows: the surface is nearly singular")
@@ -187,7 +235,7 @@ def planned(bands: Sequence[Band], knots: Floats, closed: bool, beyond: Longest 
                                      forms.within(which, some[:, None, None], room / 8.0))  # fmt: skip
     cost = np.where(h > 0.0, choice[:, None, None] * width / np.where(h > 0.0, h, 1.0), np.inf)
     cells = cost.reshape(*h.shape[:2], -1, CELLS).sum(axis=3)
-    pick = (_steady(cells, choice) if beyond is None else cells.argmin(axis=0)).repeat(CELLS, axis=1)
+    pick = (_steady(cells, choice) if steady else cells.argmin(axis=0)).repeat(CELLS, axis=1)
     count, step = choice[pick], np.take_along_axis(h, pick[None], axis=0)[0]
     own = 1.0 / step
     density = np.zeros((2 * len(bands) + 1, n))
@@ -199,11 +247,16 @@ def planned(bands: Sequence[Band], knots: Floats, closed: bool, beyond: Longest 
     sharp = np.array([band.sharp for band in bands])[:, None]
     density[:-1:2] = np.where(sharp, np.sqrt(np.hypot(edge * edge, bend[0] * bend[0])), np.maximum(edge, bend[0]))
     if beyond is not None:
-        density[[0, -1]] = np.maximum(density[[0, -1]], 1.0 / beyond(theta[:-1] + 0.5 * width))
+        density[[0, -1]] = np.maximum(density[[0, -1]], 1.0 / beyond(theta[:-1] + 0.5 * width, forms.ends))
     thin = (forms.width < THIN * np.array([[band.tolerance] for band in bands])).reshape(len(bands), -1, CELLS)
     shrinks = np.array([[band.shrinks is not None] for band in bands])
-    tied = np.array([[band.even] for band in bands]) | (shrinks & thin.any(axis=2))
-    return _stretches(knots, theta, density, count[:, ::CELLS], tied, forms.leans(count, step), closed)
+    # Between two knots where nothing bends along the turn or twists, as in dwells, each edge has its own steps.
+    long = 1.0 / np.minimum(density[:-1:2], density[2::2])[:, None]
+    sag = (np.abs(forms.L) * long * long + 2.0 * np.abs(forms.M) * long + np.abs(forms.N)).max(axis=1)
+    calm = ((count == 1) & (sag < CALM * room[:, None])).reshape(len(bands), len(knots) - 1, -1).all(axis=2)
+    twisted = np.array([[band.even] for band in bands]) & ~calm.repeat(blocks, axis=1)
+    tied = twisted | (shrinks & thin.any(axis=2))
+    return _stretches(knots, theta, density, count[:, ::CELLS], tied, forms.leans(count, step), spacing, closed)
 
 
 def _steady(cost: Floats, choice: Index) -> Index:
@@ -212,18 +265,19 @@ def _steady(cost: Floats, choice: Index) -> Index:
 
     A change costs half of what it comes from and half of what it goes to, so that all come from one and the same.
     """
-    change = 0.5 * SWITCH * choice[:, None]
-    whole, every = cost[:, :, 0], np.arange(cost.shape[1])
-    stays, came = [], []
-    for block in range(1, cost.shape[2]):
-        ways = whole + change
-        came.append(ways.argmin(axis=0))
-        moved = ways.min(axis=0) + change
-        stays.append(whole <= moved)
-        whole = np.minimum(whole, moved) + cost[:, :, block]
+    change, every = 0.5 * SWITCH * choice[:, None], np.arange(cost.shape[1])
+    blocks = np.ascontiguousarray(np.moveaxis(cost, 2, 0))
+    whole, before = blocks[0].copy(), np.empty_like(blocks[1:])
+    for block, known in zip(blocks[1:], before):
+        known[:] = whole
+        np.minimum(whole, (whole + change).min(axis=0) + change, out=whole)
+        whole += block
+    ways = before + change
+    stays = before <= ways.min(axis=1, keepdims=True) + change
+    came = np.where(stays, np.arange(len(choice))[:, None], ways.argmin(axis=1)[:, None])
     pick = [whole.argmin(axis=0)]
-    for still, other in zip(reversed(stays), reversed(came)):
-        pick.append(np.where(still[pick[-1], every], pick[-1], other))
+    for origin in came[::-1]:
+        pick.append(origin[pick[-1], every])
     return np.stack(pick[::-1], axis=1)
 
 
@@ -236,7 +290,8 @@ def _choice(most: int) -> Index:
 
 
 def _stretches(
-    knots: Floats, theta: Floats, density: Floats, count: Index, tied: Mask, lean: Floats, closed: bool
+    knots: Floats, theta: Floats, density: Floats, count: Index, tied: Mask, lean: Floats, spacing: Floats,
+    closed: bool,
 ) -> NetPlan:
     """The plan from steps per radian (2 b + 1, n) of all owners, rows (b, m) of every block, and which are tied."""
     n, m, many = density.shape[1], count.shape[1], len(density)
@@ -297,7 +352,7 @@ def _stretches(
     low, high = (keys.searchsorted(angle + (aside * (owner[own] + k))[:, None]) for k in (-1, 1))
     return NetPlan(
         theta, phi, begin, band, np.where(changes, 0, rows), tied[band, block], np.stack([low, column, high]), lean,
-        closed,
+        spacing, closed,
     )
 
 
