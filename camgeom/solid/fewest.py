@@ -23,7 +23,7 @@ from camgeom.solid.cut import IndexingCut
 from camgeom.solid.drum import EndFaceRing, GroovedCylinder, RibbedCylinder, refuse_turned
 from camgeom.solid.grooves import GroovedDrum
 from camgeom.solid.lands import NotOneSurface
-from camgeom.solid.round import Check, Meshed, Ring, Round, Run, closed, meshed, with_free
+from camgeom.solid.round import Check, EndRing, Meshed, Round, Run, closed, meshed, with_free
 from camgeom.solid.stitch import Errors, GrooveFacets, TurretSurface
 from camgeom.track import Track
 from camgeom.track.section import Column, CrossSection
@@ -189,7 +189,7 @@ def _drum(
     first = grooves[0]
     low, high = (radius or first.radius for radius in first.end_radii)
     runs = [Run(_groove(groove, tolerance), groove.track.knots()) for groove in grooves]
-    pieces: tuple[Ring | Run, ...] = (Ring(low, 0.0), *runs, Ring(high, body.length))
+    pieces: tuple[EndRing | Run, ...] = (EndRing(low, 0.0), *runs, EndRing(high, body.length))
     return Round(body.name, body.blank, first.track.sense > 0, pieces, ("land",) * (len(runs) + 1), check)
 
 
@@ -223,8 +223,8 @@ def _ribbed(body: RibbedCylinder, tolerance: float) -> Round:
     rising = Band("flank", up, tolerance, even=True, source=low)
     falling = replace(rising, at=down, source=high)
     pieces = (
-        Ring(body.base, 0.0), Run([rising], body.lower.knots()), Run([falling], body.upper.knots()),
-        Ring(body.base, body.length),
+        EndRing(body.base, 0.0), Run([rising], body.lower.knots()), Run([falling], body.upper.knots()),
+        EndRing(body.base, body.length),
     )  # fmt: skip
     check = partial(_check_sides, body.check)
     return Round(body.name, body.blank, body.lower.sense > 0, pieces, ("base", "land", "base"), check)
@@ -242,7 +242,7 @@ def _rib_wall(body: RibbedCylinder, columns: Columns, side: float, phi: Floats, 
 def _end_face(body: EndFaceRing, tolerance: float) -> Round:
     columns = Columns(body.track)
     flank = Band("flank", partial(columns.points, body.face), tolerance, even=True, source=columns)
-    pieces = Ring(body.outer, 0.0), Run([flank], body.track.knots()), Ring(body.inner, body.web)
+    pieces = EndRing(body.outer, 0.0), Run([flank], body.track.knots()), EndRing(body.inner, body.web)
     check = partial(_check_sides, body.check)
     return Round(body.name, body.blank, body.track.sense > 0, pieces, ("land", "inside"), check)
 
@@ -257,8 +257,8 @@ def _bell(body: GroovedRing, tolerance: float) -> Round:
     out = replace(falling, at=partial(columns.points, partial(wall, low)))
     rising = replace(out, at=lambda phi, u: out.at(phi, 1.0 - u))
     pieces = (
-        Ring(body.outer, 0.0), Ring(body.outer, body.length), Ring(body.inner, body.length), Run([falling], knots),
-        Run([rising], knots), Ring(body.inner, body.web),
+        EndRing(body.outer, 0.0), EndRing(body.outer, body.length), EndRing(body.inner, body.length),
+        Run([falling], knots), Run([rising], knots), EndRing(body.inner, body.web),
     )  # fmt: skip
     lands, check = tuple(name for name in NAMES if name != TOUCHED), partial(_check_sides, body.check)
     return Round(body.name, body.blank, body.track.sense > 0, pieces, lands, check)

@@ -34,7 +34,7 @@ Check = Callable[[Sequence[Banded]], None]
 
 
 @immutable
-class Ring:
+class EndRing:
     """A circle about the axis, its radius and height in mm."""
 
     radius: float
@@ -61,7 +61,7 @@ class Round:
     name: str
     blank: Blank
     clockwise: bool
-    pieces: tuple[Ring | Run, ...]
+    pieces: tuple[EndRing | Run, ...]
     lands: tuple[str, ...]
     check: Check
 
@@ -104,7 +104,7 @@ class Meshed:
 def meshed(body: Round, tolerance: float, free: float | None) -> Meshed:
     """The body within the tolerance. Raises DesignError where its runs cannot be joined."""
     most, aim = free or tolerance, AIM
-    radii = [piece.radius if isinstance(piece, Ring) else 0.0 for piece in body.pieces]
+    radii = [piece.radius if isinstance(piece, EndRing) else 0.0 for piece in body.pieces]
     while True:
         made: dict[int, Piece] = {}
         for k, piece in enumerate(body.pieces):
@@ -114,7 +114,7 @@ def meshed(body: Round, tolerance: float, free: float | None) -> Meshed:
                 made[k] = Piece(run.points, run.edges[0], run.edges[-1], [band.name for band in piece.bands], run)
         body.check([piece.run for piece in made.values() if piece.run is not None])
         for k, piece in enumerate(body.pieces):
-            if isinstance(piece, Ring):
+            if isinstance(piece, EndRing):
                 beside = [made[at].edge(last) for at, last in ((k - 1, True), (k + 1, False)) if at in made]
                 radius = max([piece.radius, *(float(np.hypot(x[0], x[1]).max()) for x in beside)])
                 made[k] = _circle(piece, most, radius, body.clockwise)
@@ -144,7 +144,7 @@ def _widest(sag: float, radius: Floats | float) -> Floats:
     return np.asarray(np.minimum(4.0 * np.arcsin(np.sqrt(np.minimum(0.5 * sag / radius, 1.0))), WIDEST))
 
 
-def _circle(ring: Ring, sag: float, radius: float, clockwise: bool) -> Piece:
+def _circle(ring: EndRing, sag: float, radius: float, clockwise: bool) -> Piece:
     """The vertices of a ring, evenly round it, for a sag at a radius of the land beside it, mm."""
     number = np.arange(ceil(TURN / float(_widest(sag, radius)) * (1.0 + SAME)))
     angle = number * ((-TURN if clockwise else TURN) / len(number))
