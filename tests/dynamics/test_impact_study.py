@@ -258,6 +258,32 @@ def test_a_run_and_a_study_have_a_budget_of_steps_and_turns(monkeypatch: pytest.
         study({**names, "one more": problem}, turns=4, workers=1)
 
 
+def test_the_peak_of_a_turn_is_sought_in_the_steps_of_that_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So that statistics over many turns cost a turn each, and not all of them; the peaks are the same."""
+    from camgeom.dynamics.impact import run as module
+
+    made, plain, looked = solve(b1_problem(1e-4), turns=4), module._pick, list[int]()
+
+    def pick(trace, quantity, *steps):
+        found = plain(trace, quantity, *steps)
+        if steps:
+            looked.append(len(found))
+        return found
+
+    monkeypatch.setattr(module, "_pick", pick)
+    turns = made.turn_times()
+    each = [made.peak("force_main", *turn) for turn in turns]
+    starts = np.array([step.time for step in made.recorded.steps])
+    within = [int(np.count_nonzero((starts >= low) & (starts <= high))) for low, high in turns]
+    assert all(size <= count + 2 for size, count in zip(looked, within, strict=True))
+    assert max(each).value == made.peak("force_main").value
+    for peak, (low, high) in zip(each, turns, strict=True):
+        trace = made.trace.time
+        sampled = made.trace.force[..., 0][(trace >= low) & (trace <= high)].max()
+        assert sampled * (1.0 - 1e-12) <= peak.value <= 1.001 * sampled
+        assert low <= peak.time <= high
+
+
 def test_a_row_of_a_study_fails_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     problems = {"0.1": b1_problem(1e-4), "1": b1_problem(1e-3)}
     spent = [len(solve(problem, turns=2).recorded.steps) for problem in problems.values()]

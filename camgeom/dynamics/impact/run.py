@@ -269,18 +269,21 @@ class ImpactRun:
 
     def peak(self, quantity: Quantity, since: float = 0.0, until: float = math.inf) -> ImpactPeak:
         """The largest magnitude of a quantity between two times [s], refined to the accuracy of the solver."""
-        values = np.where((self.trace.time >= since) & (self.trace.time <= until), _pick(self.trace, quantity), 0.0)
+        # Only the steps of the window, and the one that ends where it begins: of many turns each asks for its own.
+        first, last = max(self.place(since) - 1, 0), self.place(until) + 1
+        window = self.trace.time[first:last]
+        values = np.where((window >= since) & (window <= until), _pick(self.trace, quantity, first, last), 0.0)
         order = np.argsort(values, axis=None)[::-1]
         best = ImpactPeak(0.0, since, self.start_angle)
         seen: list[float] = []
         for flat in order[:60]:
-            value, time = values.flat[flat], float(self.trace.time.flat[flat])
+            value, time = values.flat[flat], float(window.flat[flat])
             if value <= 0.985 * best.value or value == 0.0 or len(seen) >= 4:
                 break
             if any(abs(time - other) < 1e-3 * self.problem.period for other in seen):
                 continue
             seen.append(time)
-            refined = self._refined(quantity, int(flat))
+            refined = self._refined(quantity, first * (SHARES + 1) + int(flat))
             best = max(best, refined)
         return best
 
@@ -453,9 +456,10 @@ def solve(
     return ImpactRun(problem, start_angle, rtol, machine, recorded)
 
 
-def _pick(trace: Trace, quantity: Quantity) -> Floats:
+def _pick(trace: Trace, quantity: Quantity, first: int = 0, last: int | None = None) -> Floats:
+    """Its magnitudes in the trace, those of some steps."""
     if quantity in ("acceleration", "cam_torque"):
-        return np.asarray(np.abs(getattr(trace, quantity)))
+        return np.asarray(np.abs(getattr(trace, quantity)[first:last]))
     name, side = quantity.split("_")
-    values: Floats = getattr(trace, name)[..., 0 if side == "main" else 1]
+    values: Floats = getattr(trace, name)[first:last, ..., 0 if side == "main" else 1]
     return values
