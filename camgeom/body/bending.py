@@ -33,6 +33,7 @@ CONTACT = 1.0 / 3.0
 """share of the root's height below the flank's foot in which the contact's own stress is larger than the bending's"""
 GAUSS = 3.0**-0.5
 """natural coordinate at which an element tells its stress best"""
+NO_CORNER = "no tool with a corner cuts the flank of a cone or a crown that it conforms to"
 STEPS = (0.05, 0.035)
 """rad between the planes beside the load, of the two meshes"""
 
@@ -66,9 +67,10 @@ class GrooveBending:
     @property
     def sharp(self) -> str:
         """Why there is no peak."""
-        return "" if self.groove.shape.root else (
-            "a sharp root has no stress that a mesh could find: give cutter.corner_radius or cam.root_radius"
-        )
+        if self.groove.shape.root:
+            return ""
+        way = "give cutter.corner_radius or cam.root_radius" if self.groove.straight else NO_CORNER
+        return f"a sharp root has no stress that a mesh could find: {way}"
 
     @property
     def remedy(self) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Protocol, Self, final
+from typing import ClassVar, Protocol, Self, final
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from camgeom.solid import Part
 from camgeom.solid.blank import Bore
 from camgeom.solid.drum import GroovedCylinder
 from camgeom.solid.prism import FaceGroove, GroovedPlate
-from camgeom.track import TURN, Track
+from camgeom.track import TURN, Straight, Track
 from camgeom.track.flank import Flank
 from camgeom.track.outline import CircleOutline
 from camgeom.track.section import Column
@@ -81,6 +81,10 @@ class Groove(Walled, Protocol):
     @property
     def shape(self) -> GrooveShape:
         """Its numbers. Raises DesignError where it is no ring."""
+
+    @property
+    def straight(self) -> bool:
+        """True where a cylindrical tool cuts its flanks, which may have a corner."""
 
     def rounded(self, root: float) -> Self:
         """The same body with another root, mm."""
@@ -150,6 +154,12 @@ class DrumGroove:
 
     body: GroovedCylinder
 
+    @property
+    def straight(self) -> bool:
+        """True but round a cone, or a crown that its flank conforms to."""
+        side = self.body.track.meridian
+        return isinstance(side, Straight) and not side.slope
+
     @cached_property
     def shape(self) -> GrooveShape:
         """Its numbers. Raises DesignError without a bore."""
@@ -217,6 +227,7 @@ class PlateGroove:
     plate: GroovedPlate
     track: Track
     number: int = 0
+    straight: ClassVar[bool] = True
 
     @property
     def body(self) -> FaceGroove:

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.errors import DesignError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
 from camgeom.motion.program import Program
@@ -258,13 +257,13 @@ class Track:
 
     @property
     def corner(self) -> Track:
-        """The same track with the torus of a cylindrical tool's corner alone.
+        """The same track with the torus of a tool's corner alone, as thick at the foot as the tool is there.
 
-        Its parameter runs from 0, where the side ends, to tip_sign * pi / 2, where the flat end begins.
+        Its parameter runs from 0, where the side ends, to tip_sign * pi / 2, where the flat end begins. It goes on
+        smoothly from the side of a cylinder alone, which only tools with a corner have.
         """
-        if not isinstance(self.meridian, Straight):
-            raise DesignError("only a straight tool has a corner between its side and its end")
-        return replace(self, meridian=Arc(self.meridian.radius, self.foot, self.root), root=0.0)
+        radius = float(self.meridian.jet(np.array([self.meridian.parameter(self.foot)]))[3][0])
+        return replace(self, meridian=Arc(radius, self.foot, self.root), root=0.0)
 
     def coordinate(self, phi: Floats, order: int = 2, side: Side = "right") -> Floats:
         """Jet of the joint coordinate (mm or rad) by the cam angle, (order + 1, n)."""

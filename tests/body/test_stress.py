@@ -383,3 +383,40 @@ def test_a_thin_wall_that_the_contact_passes_fails_at_its_root() -> None:
     assert levels == {"contact-pressure": "pass", "root-stress": "fail"}
     assert model.root_stress is not None
     assert model.root_stress.peak == pytest.approx(215.3, rel=0.02)
+
+
+def test_a_flank_that_no_tool_with_a_corner_cuts_is_judged_as_a_straight_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """By its nominal stress alone; its mesh goes on round the root as thick as the roller is at the flank's foot."""
+    monkeypatch.setattr(stress, "ANGLES", 24)
+
+    def made(limit: float, **roller: Any) -> Model:
+        moves = ({"until": 150.0, "to": 36.0, "law": "modified-sine"}, {"until": 360.0, "to": 0.0, "law": "cycloidal"})
+        cam = {"kind": "cylindrical", "diameter": 150.0, "length": 100.0, "start": 30.0, "groove_depth": 11.0,
+               "bore": 35.0}  # fmt: skip
+        return Model(from_data({
+            "name": "crown", "cam": cam, "follower": {"kind": "translating", "mass": 2.4}, "motion": moves,
+            "roller": {"diameter": 19.0, "length": 10.0, **roller}, "operation": {"speed": 100.0, "friction": 100.0},
+            "material": {"cam": {"bending_limit": limit}},
+        }))  # fmt: skip
+
+    def crown(radius: float, limit: float = 300.0) -> Model:
+        return made(limit, shape="crowned", crown_radius=radius, flank="conforming")
+
+    straight = made(300.0).root_stress.worst.value  # type: ignore[union-attr]
+    assert crown(1e5).root_stress.worst.value == pytest.approx(straight, rel=1e-3)  # type: ignore[union-attr]
+    bent = crown(200.0)
+    verdict = judge(bent, ["root-stress"])
+    assert not verdict.findings
+    assert "no tool with a corner" in verdict.not_judged[0].reason
+    assert "root_radius" not in verdict.not_judged[0].reason
+    nominal = bent.root_stress.worst.value  # type: ignore[union-attr]
+    assert nominal == pytest.approx(straight, rel=0.15)
+    (finding,) = judge(crown(200.0, nominal / 1.002), ["root-stress"]).findings
+    assert (finding.level, finding.value) == ("fail", nominal)
+    assert not judge(crown(200.0, nominal / 0.999), ["root-stress"]).findings
+    # A flank that leans is pushed out of its groove or into it: half way between both it is the straight one.
+    leaning = [made(300.0, shape="cone", half_angle=angle).root_stress for angle in (1.0, -1.0)]
+    assert all("no tool with a corner" in one.why_no_peak for one in leaning)  # type: ignore[union-attr]
+    assert np.mean([one.worst.value for one in leaning]) == pytest.approx(straight, rel=0.02)  # type: ignore[union-attr]
