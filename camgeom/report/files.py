@@ -34,7 +34,7 @@ def _table_sheet(path: Path, model: Model) -> int:
 DRAWN = {
     form.extension: form
     for form in (
-        Format(".sheet.svg", "model", "part drawing on A3: sections, dimensions, motion, parameters; SVG", _part_sheet),
+        Format(".sheet.svg", "model", "part drawing on A3 to A1: views, sizes, motion, parameters; SVG", _part_sheet),
         Format(".sheet.pdf", "model", "the same part drawing as PDF", _part_sheet),
         Format(".table.svg", "model", "table of the profile on A3, a row every degree of cam angle; SVG", _table_sheet),
         Format(".table.pdf", "model", "the same table as PDF", _table_sheet),

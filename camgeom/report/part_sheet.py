@@ -1,4 +1,4 @@
-"""The part drawing: one A3 sheet with true sections and main dimensions, motion diagram, parameters and title block."""
+"""The part drawing: one sheet with true sections and main dimensions, motion diagram, parameters and title block."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ from camgeom.drawing.paper import PX, Paper, pdf
 from camgeom.drawing.plots import chart_sheet
 from camgeom.drawing.shapes import Dot
 from camgeom.drawing.sheet import number, text_width
-from camgeom.errors import CamgeomError, ExportError, visible
+from camgeom.errors import CamgeomError, DesignError, ExportError, visible
 from camgeom.export.files import write_whole
+from camgeom.immutable import immutable
 from camgeom.report.sections.design import part_views
 from camgeom.report.sections.motion import diagrams
 from camgeom.version import __version__
@@ -30,20 +31,22 @@ WIDTH, HEIGHT = 420.0, 297.0
 """mm, A3 lying"""
 LEFT, RIGHT, TOP, BOTTOM = 20.0, 410.0, 10.0, 287.0
 """mm, the frame: 20 for filing, 10 elsewhere (ISO 5457)"""
-SCALES = (50.0, 20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
-"""ISO 5455"""
-PANEL = {157.0: 0.92, 187.0: 0.6}
-"""lower edges, mm, that the band with the views may have, with the height of a panel of the motion diagram below, as a
-share of the report's"""
-BANDS = tuple(PANEL)
+SCALES = (50.0, 20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.4, 0.2, 0.1, 0.05, 0.02, 0.01)
+"""ISO 5455, and 1:2.5, which shops draw discs and drums in"""
+LOWER = 130.0, 100.0
+"""mm, heights that the band with the motion diagram and the parameters may have; of larger sheets so much larger"""
+PANEL = 0.92, 0.6
+"""height of a panel of the motion diagram at each, as a share of the report's"""
 HEAD, GAP = 8.0, 2.0
 """mm, room for a view's caption, and beside the frame"""
-NARROWEST = 100.0
+NARROWEST = 64.0
 """mm, least width of a view, for its caption"""
-SPLIT = 218.0
-"""mm, where the motion diagram ends and the parameters begin"""
-BLOCK = 245.0
-"""mm, upper edge of the title block"""
+BLOCK = 192.0, 42.0
+"""mm, width of the title block, over which the parameters stand, and its height"""
+SPARED = 0.5
+"""of the scale that the largest view alone would have, below which the views of a sheet ask for a larger one"""
+READ = 3
+"""columns of parameters whose letters are as large as ISO 3098 asks; more ask for a larger sheet"""
 ROW, SIZE = 4.3, 2.7
 """mm, line pitch and size of the text in the table of parameters"""
 LETTERS = 1.8, 2.7
@@ -54,6 +57,48 @@ PROJECTION = "Projection"
 """the cell that has a sign in it"""
 UNITS = ("mm", "deg", "kg m2", "kg", "N/mm", "N", "r/min", "m/s2")
 SKIPPED = {"name", "kind", "direction"}
+
+
+@immutable(eq=True)
+class Format:
+    """A sheet that lies, by its name in ISO 216: its size, mm, and what is where on it."""
+
+    name: str
+    width: float
+    height: float
+
+    @property
+    def right(self) -> float:
+        """Of the frame."""
+        return self.width - WIDTH + RIGHT
+
+    @property
+    def bottom(self) -> float:
+        """Of the frame."""
+        return self.height - HEIGHT + BOTTOM
+
+    @property
+    def split(self) -> float:
+        """Where the motion diagram ends and the parameters begin."""
+        return self.right - BLOCK[0]
+
+    @property
+    def block(self) -> float:
+        """Upper edge of the title block."""
+        return self.bottom - BLOCK[1]
+
+    @property
+    def bands(self) -> dict[float, float]:
+        """Lower edges that the band with the views may have, and the height of a panel below each."""
+        large = self.height / HEIGHT
+        return {self.bottom - large * low: large * panel for low, panel in zip(LOWER, PANEL)}
+
+    def columns(self, count: int, band: float) -> int:
+        """Of so many parameters; two at least."""
+        return max(2, -(-count // int((self.block - band - 10.0) / ROW)))
+
+
+FORMATS = Format("A3", WIDTH, HEIGHT), Format("A2", 594.0, 420.0), Format("A1", 841.0, 594.0)
 
 
 def write_sheet(draw: Callable[[Model], Paper], model: Model, path: Path) -> int:
@@ -71,53 +116,89 @@ def write_sheet(draw: Callable[[Model], Paper], model: Model, path: Path) -> int
 
 def part_sheet(model: Model) -> Paper:
     """The drawing. Raises DesignError where the cam has no body."""
-    paper = Paper(WIDTH, HEIGHT, model.profile.name)
-    paper.box("border", LEFT, TOP, RIGHT, BOTTOM)
     # Sizes are read off the bodies as they are exported, not off those of the page's pictures.
-    meshes = tuple((solid.name, solid.mesh) for solid in model.solids)
-    scale, band = _views(paper, part_views(model, meshes))
-    _motion(paper, diagrams(model), band)
-    _parameters(paper, rows(model), band)
-    _title_block(paper, model, scale)
+    views = part_views(model, tuple((solid.name, solid.mesh) for solid in model.solids))
+    found = rows(model)
+    plan = _plan(views, len(found))
+    own = plan.form
+    paper = Paper(own.width, own.height, model.profile.name)
+    paper.box("border", LEFT, TOP, own.right, own.bottom)
+    _views(paper, views, plan)
+    _motion(paper, diagrams(model), plan)
+    _parameters(paper, found, plan)
+    _title_block(paper, model, plan)
     return paper
 
 
-def _views(paper: Paper, views: tuple[Drawing, ...]) -> tuple[float, float]:
-    """The views side by side at the largest scale of the standard series that has room for all, and the lower edge of
-    their band: the lowest only where that gives a larger scale."""
-    room = RIGHT - LEFT - 2.0 * GAP
+@immutable(eq=True)
+class Plan:
+    """A sheet, the lower edge of the views' band on it, mm, and the scale of the views, whose widths these are, mm."""
 
-    def needed(scale: float) -> tuple[list[float], float]:
+    form: Format
+    band: float
+    scale: float
+    widths: tuple[float, ...]
+
+    @property
+    def tall(self) -> float:
+        """mm, height that the views may have."""
+        return self.band - TOP - HEAD - 2.0
+
+    @property
+    def room(self) -> float:
+        """mm, width that they may have together."""
+        return self.form.right - LEFT - 2.0 * GAP
+
+
+def _plan(views: tuple[Drawing, ...], count: int) -> Plan:
+    """The smallest sheet on which views side by side are not much smaller than the largest would be alone on A3, and
+    `count` parameters can be read; the largest sheet where there is none. Raises DesignError where none has room."""
+    each = [plan.scale for view in views if (plan := _planned(FORMATS[0], (view,))) is not None]
+    least = SPARED * min(each, default=0.0)
+    plans = [plan for form in FORMATS if (plan := _planned(form, views)) is not None]
+    if not plans:
+        raise DesignError("no sheet up to A1 has room for the cam at a scale of the standard series")
+    read = (plan for plan in plans if plan.scale >= least and plan.form.columns(count, plan.band) <= READ)
+    return next(read, plans[-1])
+
+
+def _planned(form: Format, views: tuple[Drawing, ...]) -> Plan | None:
+    """The largest scale of the standard series that has room for all views, and the lowest band only where that gives
+    a larger one; None where there is none."""
+
+    def fitted(scale: float, band: float) -> Plan | None:
         sizes = [drawing_size(view, scale / PX) for view in views]
-        return [max(NARROWEST, size[0] * PX) for size in sizes], max(size[1] for size in sizes) * PX
+        plan = Plan(form, band, scale, tuple(max(NARROWEST, size[0] * PX) for size in sizes))
+        high = max(size[1] for size in sizes) * PX
+        return plan if sum(plan.widths) <= plan.room and high <= plan.tall else None
 
-    def largest(tall: float) -> float:
-        return next((s for s in SCALES if sum(needed(s)[0]) <= room and needed(s)[1] <= tall), SCALES[-1])
+    found = [next((plan for s in SCALES if (plan := fitted(s, band))), None) for band in form.bands]
+    plans = [plan for plan in found if plan is not None]
+    return max(plans, key=lambda plan: (plan.scale, -plan.band), default=None)
 
-    heights = {band: band - TOP - HEAD - 2.0 for band in BANDS}
-    band = max(BANDS, key=lambda one: (largest(heights[one]), -one))
-    tall, scale = heights[band], largest(heights[band])
-    widths, _ = needed(scale)
-    spare = max(0.0, room - sum(widths))
-    x = LEFT + GAP
-    for view, width in zip(views, widths):
+
+def _views(paper: Paper, views: tuple[Drawing, ...], plan: Plan) -> None:
+    """The views side by side."""
+    spare, x = max(0.0, plan.room - sum(plan.widths)), LEFT + GAP
+    for view, width in zip(views, plan.widths):
         width += spare / len(views)
-        sheet = drawing_sheet(view, width / PX, scale / PX)
-        paper.words(x, TOP + 5.0, _shortened(view.caption, width - GAP, 3.0), size=3.0)
-        paper.place(sheet, x, TOP + HEAD + 0.5 * max(0.0, tall - sheet.height * PX))
+        sheet = drawing_sheet(view, width / PX, plan.scale / PX)
+        for row, line in enumerate(_lines(view.caption, width - GAP, 3.0)):
+            paper.words(x, TOP + 4.2 + 3.6 * row, line, size=3.0)
+        paper.place(sheet, x, TOP + HEAD + 0.5 * max(0.0, plan.tall - sheet.height * PX))
         x += width
-    paper.lines("rule", [(LEFT, band), (RIGHT, band)])
-    return scale, band
+    paper.lines("rule", [(LEFT, plan.band), (plan.form.right, plan.band)])
 
 
-def _motion(paper: Paper, chart: Chart, band: float) -> None:
+def _motion(paper: Paper, chart: Chart, plan: Plan) -> None:
     """Lift, velocity and acceleration."""
-    lower = tuple(replace(panel, height=PANEL[band]) for panel in chart.panels[:3])
+    form, band = plan.form, plan.band
+    lower = tuple(replace(panel, height=form.bands[band]) for panel in chart.panels[:3])
     shown = Chart(chart.caption, chart.x, lower, chart.zones)
     paper.words(LEFT + 2.0, band + 5.0, chart.caption, size=3.0)
-    sheet = chart_sheet(shown, (SPLIT - LEFT - 6.0) / PX)
+    sheet = chart_sheet(shown, (form.split - LEFT - 6.0) / PX)
     paper.place(sheet, LEFT + 2.0, band + 7.0)
-    paper.lines("rule", [(SPLIT, band), (SPLIT, BOTTOM)])
+    paper.lines("rule", [(form.split, band), (form.split, form.bottom)])
 
 
 def rows(model: Model) -> list[tuple[str, str]]:
@@ -148,6 +229,8 @@ def _track_rows(word: str, track: OwnTrack) -> list[tuple[str, str]]:
     own = track.whole
     found = _section_rows(word, own.cam, own.rotating, tuple(track.cam))
     found += _section_rows(f"{word} follower", own.follower, own.rotating, tuple(track.follower))
+    if own.operation is not None:
+        found += _section_rows(word, own.operation, own.rotating, tuple(track.operation))
     found.insert(0, (f"{word} follower at", f"{number(track.angle)}°"))
     if track.roller is not None and own.roller is not None:
         found += _section_rows(f"{word} roller", own.roller, own.rotating)
@@ -185,37 +268,40 @@ def _section_rows(
 
 def _unit(description: str, rotating: bool) -> str:
     """The unit that a key's description begins with; the one in brackets counts for rotating followers."""
-    other = re.match(r"[^(;]*\((N[^)]*?)(?: for [^)]*)?\)", description)
+    other = re.match(r"[^(;]*\((N[^)]*?)(?: (?:for|of) [^)]*)?\)", description)
     if other and rotating:
         return f" {other[1]}"
     unit = next((u for u in UNITS if re.match(rf"{re.escape(u)}(?![\w/])", description)), "")
     return "°" if unit == "deg" else f" {unit.replace('m2', 'm²').replace('s2', 's²')}" if unit else ""
 
 
-def _parameters(paper: Paper, found: list[tuple[str, str]], band: float) -> None:
+def _parameters(paper: Paper, found: list[tuple[str, str]], plan: Plan) -> None:
     """The parameters in as many columns as they need, two at least."""
-    paper.words(SPLIT + 2.0, band + 5.0, "Parameters", size=3.0, style="strong")
-    top, room = band + 9.5, int((BLOCK - band - 10.0) / ROW)
-    columns = max(2, -(-len(found) // room))
+    form, band = plan.form, plan.band
+    paper.words(form.split + 2.0, band + 5.0, "Parameters", size=3.0, style="strong")
+    top, columns = band + 9.5, form.columns(len(found), band)
     size, per = SIZE * min(1.0, 2.6 / columns), -(-len(found) // columns)
-    width = (RIGHT - SPLIT - 2.0) / columns
+    width = (form.right - form.split - 2.0) / columns
     for place, (key, value) in enumerate(found):
-        x, y = SPLIT + 2.0 + width * (place // per), top + ROW * (place % per)
+        x, y = form.split + 2.0 + width * (place // per), top + ROW * (place % per)
         value = _shortened(value, 0.55 * width - 2.0, size)
         left = width - 3.0 - text_width(value, size)
         paper.words(x, y, _shortened(key, left, size), size=size, style="faint")
         paper.words(x + width - 2.0, y, value, size=size, anchor="end")
     for column in range(1, columns):
-        x = SPLIT + 1.0 + width * column
-        paper.lines("grid", [(x, band + 7.0), (x, BLOCK - 2.0)])
+        x = form.split + 1.0 + width * column
+        paper.lines("grid", [(x, band + 7.0), (x, form.block - 2.0)])
 
 
-def _title_block(paper: Paper, model: Model, scale: float) -> None:
+def _title_block(paper: Paper, model: Model, plan: Plan) -> None:
     """Name, kind, scale, mass and origin of the drawing, in the lower right corner."""
-    paper.box("heavy", SPLIT, BLOCK, RIGHT, BOTTOM)
+    form, scale = plan.form, plan.scale
+    left, above = form.split, form.block
+    paper.box("heavy", left, above, form.right, form.bottom)
     profile, mass = model.profile, sum(one.mass for one in model.mass)
-    paper.words(SPLIT + 3.0, BLOCK + 8.5, _shortened(profile.name, RIGHT - SPLIT - 6.0, 5.5), size=5.5, style="strong")
-    paper.words(SPLIT + 3.0, BLOCK + 14.5, f"{profile.kind} cam, part drawing", size=3.4)
+    title = _shortened(profile.name, BLOCK[0] - 6.0, 5.5)
+    paper.words(left + 3.0, above + 8.5, title, size=5.5, style="strong")
+    paper.words(left + 3.0, above + 14.5, f"{profile.kind} cam, part drawing", size=3.4)
     ratio = f"{number(scale)}:1" if scale >= 1.0 else f"1:{number(1.0 / scale)}"
     direction = "clockwise" if model.mechanism.sense < 0.0 else "counter-clockwise"
     carriage = model.mechanism.carriage
@@ -224,7 +310,7 @@ def _title_block(paper: Paper, model: Model, scale: float) -> None:
         way = ("Slides", f"along -X, {number(carriage.stroke)} mm")
     block, body = profile.drawing, profile.material.cam
     hard = "" if body.hardness is None else f"{number(body.hardness)} HRC"
-    size = "A3, mm, not inch" if profile.units == "inch" else "A3, mm, degrees"
+    size = f"{form.name}, mm, {'not inch' if profile.units == 'inch' else 'degrees'}"
     cells = (
         ("Number", block.number), ("Revision", block.revision), ("Date", block.date), ("Drawn", block.author),
         ("Approved", block.approved), (PROJECTION, ""),
@@ -234,9 +320,9 @@ def _title_block(paper: Paper, model: Model, scale: float) -> None:
         ("Scale", ratio), ("Sheet, dimensions", size), way,
         ("Profile", visible(Path(profile.source).name)), ("Made with", f"camgeom {__version__}"), ("Hardness", hard),
     )  # fmt: skip
-    width, top, pitch = (RIGHT - SPLIT) / COLUMNS, BLOCK + 18.0, 8.0
+    width, top, pitch = (form.right - left) / COLUMNS, above + 18.0, 8.0
     for place, (head, text) in enumerate(cells):
-        x, y = SPLIT + width * (place % COLUMNS), top + pitch * (place // COLUMNS)
+        x, y = left + width * (place % COLUMNS), top + pitch * (place // COLUMNS)
         paper.box("rule", x, y, x + width, y + pitch)
         paper.words(x + 1.2, y + 2.8, head, size=2.1, style="faint")
         if head != PROJECTION:
@@ -244,7 +330,7 @@ def _title_block(paper: Paper, model: Model, scale: float) -> None:
             fitting = 0.999 * LETTERS[1] * room / text_width(shown, LETTERS[1])
             letters = min(LETTERS[1], max(LETTERS[0], fitting))
             paper.words(x + 1.2, y + 6.8, _shortened(shown, room, letters), size=letters)
-    _third_angle(paper, SPLIT + 5.6 * width, top + 0.5 * pitch)
+    _third_angle(paper, left + 5.6 * width, top + 0.5 * pitch)
 
 
 def _third_angle(paper: Paper, x: float, y: float) -> None:
@@ -253,6 +339,14 @@ def _third_angle(paper: Paper, x: float, y: float) -> None:
         paper.shapes.append(Dot("rule", (x - 3.0, y), radius))
     paper.lines("rule", [(x + 1.0, y - 1.2), (x + 6.0, y - 2.4), (x + 6.0, y + 2.4), (x + 1.0, y + 1.2)], closed=True)
     paper.lines("grid", [(x - 6.0, y), (x + 7.0, y)], [(x - 3.0, y - 3.0), (x - 3.0, y + 3.0)])
+
+
+def _lines(text: str, room: float, size: float) -> list[str]:
+    """The text on one line, or on two where it has to be, broken at a space; what is more is cut."""
+    words, first = text.split(" "), ""
+    while words and text_width(f"{first} {words[0]}", size) <= room:
+        first = f"{first} {words.pop(0)}".strip()
+    return [line for line in (first, _shortened(" ".join(words), room, size)) if line]
 
 
 def _shortened(text: str, room: float, size: float) -> str:

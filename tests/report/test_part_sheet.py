@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from functools import cache
 from io import BytesIO
 from pathlib import Path
@@ -19,11 +20,12 @@ from camgeom.drawing.sheet import overlap, text_box
 from camgeom.errors import DesignError, ExportError
 from camgeom.model import Model, read
 from camgeom.report.files import format_rows
-from camgeom.report.part_sheet import BOTTOM, LEFT, RIGHT, TOP, part_sheet, rows
+from camgeom.report.part_sheet import BOTTOM, LEFT, RIGHT, TOP, _plan, part_sheet, rows
 from camgeom.report.sections.design import part_views
 from camgeom.report.table_sheet import columns
 from tests.places import PROFILES
 from tests.reference.planar_machines import flat
+from tests.reference.profiles import built, data_of
 
 NAMES = ["pin_insertion", "disc_offset_roller", "conjugate_rocker", "constant_width_press", "barrel_indexer"]
 
@@ -81,6 +83,56 @@ def test_parameters_carry_their_units() -> None:
     turret = dict(rows(read(str(PROFILES / "tool_changer.toml"))))
     assert turret["friction"].endswith("N mm")
     assert turret["follower inertia"] == "1.1 kg m²"
+
+
+def drawn_on(paper: Paper) -> tuple[float, float]:
+    """Width of a sheet and the scale it states."""
+    over, under = (float(part) for part in said(paper)[said(paper).index("Scale") + 1].split(":"))
+    return paper.width, over / under
+
+
+def with_rim() -> Model:
+    """Grooves in both faces of a plate whose rim is a profile: four views."""
+    data = data_of("both_faces_disc", cam__diameter=None, cam__rim="profile")
+    rim = {"angle": 250.0, "cam": {"form": "external", "base_radius": 105.0}, "follower": {"kind": "translating",
+           "mass": 1.0}, "roller": {"diameter": 30.0, "length": 25.0}, "motion": data["track"][0]["motion"],
+           "operation": {"friction": 10.0, "spring_preload": 300.0, "spring_rate": 4.0}}  # fmt: skip
+    return built(data | {"track": [*data["track"], rim]})
+
+
+@pytest.mark.parametrize(
+    ("made", "wide", "scale"),
+    [("both_faces_disc", 420.0, 0.4), (with_rim, 841.0, 0.5), ("two_groove_drum", 420.0, 0.5),
+     ("bell_lifter", 420.0, 0.5), ("linear_groove", 420.0, 0.5), ("conical_pair", 420.0, 0.5)],
+)  # fmt: skip
+def test_a_part_fills_its_place_on_the_sheet(made: str | Callable[[], Model], wide: float, scale: float) -> None:
+    """Two faces stood at 1:5, and with a rim at 1:100, where captions alone filled the sheet."""
+    model = read(str(PROFILES / f"{made}.toml")) if isinstance(made, str) else made()
+    paper = part_sheet(model)
+    assert drawn_on(paper) == (wide, scale)
+    cut = [np.concatenate(shape.lines) for shape in paper.shapes if isinstance(shape, Lines) and shape.style == "d-cut"]
+    reach = 2.0 * float(np.hypot(*model.solids[0].mesh.vertices[:, :2].T).max())
+    if model.mechanism.carriage is None:
+        assert max(float(np.ptp(points[:, 1])) for points in cut) > 0.9 * scale * reach
+    found = boxes(paper)
+    for k, (box, text) in enumerate(found):
+        assert box[2] <= wide - 10.0, text
+        assert all(overlap(box, other) < 0.15 for other, _ in found[k + 1 :]), text
+
+
+def test_a_sheet_is_larger_only_where_views_would_be_small_or_parameters_unread() -> None:
+    views = part_views(model := with_rim(), tuple((solid.name, solid.mesh) for solid in model.solids))
+    for count, wide in ((33, 420.0), (34, 594.0), (90, 594.0), (91, 841.0)):
+        assert _plan(views[:2], count).form.width == wide
+    assert [_plan(views[:k], 20).form.width for k in (2, 3, 4)] == [420.0, 594.0, 841.0]
+
+
+def test_parameters_have_the_load_of_every_track() -> None:
+    found = dict(rows(with_rim()))
+    assert found["friction"] == "9000 N mm"
+    assert (found["track 2 friction"], found["track 3 friction"]) == ("140 N", "10 N")
+    assert (found["track 3 spring preload"], found["track 3 spring rate"]) == ("300 N", "4 N/mm")
+    assert "track 2 spring preload" not in found
 
 
 @pytest.mark.parametrize("name", NAMES[:2])
