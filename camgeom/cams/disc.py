@@ -77,8 +77,9 @@ class Disc(Cam):
 
     kind: Literal["disc"]
     form: Literal["external", "groove"] = Field("external", description="external profile, or a face groove in a plate")
-    base_radius: Length = Field(description="mm, radius of the profile (groove: of its inner flank) at zero lift; of a "
-                               "cone's where the middle of its contact runs")
+    base_radius: Length = Field(description="mm, radius of the profile at zero lift (groove: of the inner flank of a "
+                               "roller without clearance; running_clearance is taken off it); of a cone's where the "
+                               "middle of its contact runs")
     width: Length = Field(description="mm, thickness of the disc or plate")
     center_distance: Length | None = Field(None, description="mm, swinging followers: cam axis to pivot")
     diameter: Length | None = Field(None, description="mm, groove form: outside diameter of the plate")

@@ -13,6 +13,10 @@ if TYPE_CHECKING:
 
 THICKER = "a thicker oil, a lower temperature, smoother surfaces or more speed; below 1 the surfaces touch"
 KNIFE = "neither film nor wear is known of a knife edge, which touches along no width"
+CREEPS = (
+    "a crown on a disc or plate slides only by what its places are thinner than its crest, which is not computed: "
+    "neither wear nor the heat of friction is known ({} do nothing)"
+)
 SLIDES = "a harder pair or a better oil (a smaller wear_rate), a wider cam, less load or sliding"
 
 
@@ -71,6 +75,14 @@ def wear(model: Model) -> Iterable[Finding | NotJudged]:
         return
     if _knife(model):
         yield NotJudged("wear", KNIFE)
+        return
+    if model.creeps:
+        material, oil = model.profile.material, model.profile.oil
+        given = [f"material.{body}.wear_rate" for body, one in (("cam", material.cam), ("roller", material.roller))
+                 if one.wear_rate is not None]  # fmt: skip
+        given += ["lubricant.friction"] if oil is not None and oil.friction is not None else []
+        if given:
+            yield NotJudged("wear", CREEPS.format(", ".join(given)))
         return
     limits, hourly = model.profile.limits, model.wear_per_hour
     if model.setup.roller is None and not hourly:

@@ -851,20 +851,28 @@ class Model(Sealed):
         found = [film for film in (duty.film(oil) for duty in self.carriers) if film is not None]
         return min(found, key=lambda film: film.least.value, default=None)
 
+    @property
+    def creeps(self) -> bool:
+        """True of a crown on a straight flank along its own axis: nothing slides but its places of another radius than
+        its crest's (Heathcote), which is not computed; elsewhere that is little beside what slides."""
+        return self.mechanism.crown == "straight" and all(track.upright for track in self.tracks)
+
     @fact
     def friction_power(self) -> float | None:
-        """Heat of the sliding contacts, W, the mean of a turn; None without a coefficient of friction or a load."""
+        """Heat of the sliding contacts, W, the mean of a turn; None without a coefficient of friction or a load, and of
+        a crown that `creeps`."""
         oil = self.profile.oil
-        if oil is None or oil.friction is None or not self.carriers:
+        if oil is None or oil.friction is None or not self.carriers or self.creeps:
             return None
         return oil.friction * sum(duty.rubbed for duty in self.carriers) * 1e-3 * self.load.omega / TURN
 
     @fact
     def wear(self) -> dict[str, float]:
-        """Depth that a turn wears off each body with a wear rate, mm, at its hardest rubbed place (Archard)."""
+        """Depth that a turn wears off each body with a wear rate, mm, at its hardest rubbed place (Archard); none is
+        known of a crown that `creeps`."""
         material, found, together = self.profile.material, dict[str, float](), 0.0
         rates = {"cam": material.cam.wear_rate, "roller": material.roller.wear_rate}
-        for duty in self.carriers if any(rates.values()) else ():
+        for duty in self.carriers if any(rates.values()) and not self.creeps else ():
             for body, rubbing in duty.rubbing.items():
                 rate = rates["cam" if body == "cam" else "roller"]
                 if rate is not None:

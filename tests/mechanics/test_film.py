@@ -290,3 +290,23 @@ def test_what_means_nothing_is_refused(changes, word):
     with pytest.raises(ProfileError) as caught:
         model("pin_insertion", **changes)
     assert word in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["disc_offset_roller", "disc_face_groove"])
+def test_a_crown_on_a_disc_whose_own_slip_is_not_computed_tells_no_wear(name: str) -> None:
+    """It wore 0 um, whatever its keys said; a cylinder there slides nowhere, and wears nothing."""
+    keys = {**WET, "lubricant__friction": 0.07, "material__cam__wear_rate": 1e-8, "material__roller__wear_rate": 1e-8,
+            "limits__life_h": 1000.0, "limits__wear_um": 5.0}  # fmt: skip
+    crown = {"roller__shape": "crowned", "roller__crown_radius": 300.0}
+    made = model(name, **keys, **crown)
+    (word,) = judge(made, ["wear"]).not_judged
+    assert all(key in word.reason for key in ("cam.wear_rate", "roller.wear_rate", "lubricant.friction"))
+    assert said(made, "wear") == []
+    assert (made.wear, made.friction_power) == ({}, None)
+    assert not judge(model(name, **crown), ["wear"]).not_judged
+    straight = model(name, **keys, roller__shape="cylinder", roller__crown_radius=None)
+    assert straight.friction_power == pytest.approx(0.0, abs=1e-9)
+    assert {found.level for found in said(straight, "wear")} == {"pass"}
+    drum = model("pin_insertion", **keys, **crown)
+    assert drum.friction_power is not None
+    assert drum.friction_power > 0.0
