@@ -13,7 +13,7 @@ from math import ceil, sqrt
 
 import numpy as np
 
-from camgeom.errors import NotConverged
+from camgeom.errors import DesignError, NotConverged
 from camgeom.maths import Floats
 from camgeom.maths.banded import Band, Banded, banded
 from camgeom.maths.sampling import TURN, Strip, subdivided_knots
@@ -81,7 +81,8 @@ def _turret(body: IndexingCut, tolerance: float, free: float | None) -> Solid:
     plain = body.direct(tolerance, free)
     try:
         few = body.direct(tolerance, free, mesher=turret_grooves)
-    except (NotOneSurface, NotConverged):
+    except (NotOneSurface, NotConverged, DesignError):
+        # A groove is meshed to a little beyond the body's ends, where its flank may have come to an end of its own.
         return plain
     return few if few.chord_error <= tolerance and len(few.mesh.faces) < len(plain.mesh.faces) else plain
 

@@ -287,8 +287,8 @@ def test_what_a_track_cannot_say_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ProfileError, match=r"track: means nothing here.*grooved drums and discs"):
         parse('[cam]\nkind = "end-face"\ndiameter = 100\ninner_diameter = 80\nheight = 30\nweb = 8\n[roller]\n'
               'diameter = 20\nlength = 9\n[[motion]]\nuntil = 360\n[[track]]\nangle = 3\n')  # fmt: skip
-    with pytest.raises(DesignError, match="closed grooves"):
-        _ = model_of(cam__form="rib", cam__rib_thickness=10.0, track=[{"cam": {"start": 100.0}}]).parts
+    with pytest.raises(ProfileError, match=r"cam\.form: .*groove, of several tracks"):
+        model_of(cam__form="rib", cam__rib_thickness=10.0, track=[{"cam": {"start": 100.0}}])
 
 
 def test_a_study_finds_a_track_s_own_keys() -> None:
