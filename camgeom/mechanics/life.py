@@ -50,6 +50,8 @@ MOST_DAMAGE = 250.0
 """Power of ten of the relative damage beyond which doubles could overflow"""
 BATCH = 100_000
 """Contacts evaluated at once: some tens of megabytes"""
+MOST_STEPS, STILL = 60, 1e-200
+"""steps of Newton's method from a path to its place in a panel, few but where the roller stands: below that rate, mm"""
 MAX_CONTACTS = 4000
 """Contacts of one roller point in one cam turn up to which they are summed one by one"""
 
@@ -249,12 +251,16 @@ class Rolling:
         return np.asarray(np.clip(panel, 0, self.edges.shape[1] - 2), dtype=np.intp)
 
     def solve(self, variant: Ints, panel: Ints, path: Floats) -> Floats:
-        """Position in its panel, x in [-1, 1], at which the path is reached: Newton on a monotone series."""
+        """Position in its panel, x in [-1, 1], at which the path is reached: Newton on a monotone series.
+
+        From a place where the roller stands, an end of the way of what goes to and fro, half of the way inwards.
+        """
         series, rate = self.inside[variant, panel], self.rates[variant, panel]
         lo, hi = self.edges[variant, panel], self.edges[variant, panel + 1]
         x = np.clip(2.0 * (path - lo) / np.maximum(hi - lo, 1e-300) - 1.0, -1.0, 1.0)
-        for _ in range(12):
-            move = (evaluate(series, x) - path) / evaluate(rate, x)
+        for _ in range(MOST_STEPS):
+            off, slope = evaluate(series, x) - path, evaluate(rate, x)
+            move = np.divide(off, slope, out=np.where(off == 0.0, 0.0, 0.5 * x), where=slope > STILL)
             x = np.clip(x - move, -1.0, 1.0)
             if np.all(np.abs(move) < 1e-13) or np.all(np.abs(np.clip(x - move, -1.0, 1.0) - x) < 1e-13):
                 break
@@ -282,7 +288,8 @@ class Rolling:
         x = self.solve(owner, panel, path)
         series = self.squares[wall, owner, panel]
         square = np.maximum(evaluate(series, x), 0.0)
-        steep = evaluate(series @ DERIVATIVE.T, x) / evaluate(self.rates[owner, panel], x) * self.radius[owner]
+        rate, bend = evaluate(self.rates[owner, panel], x), evaluate(series @ DERIVATIVE.T, x)
+        steep = np.divide(bend, rate, out=np.zeros_like(rate), where=rate > STILL) * self.radius[owner]
         each = square**self.power
         slope = self.power * steep * np.divide(each, square, out=np.zeros_like(square), where=square > 0.0)
         total = np.bincount(task, each, minlength=theta.size) / self.cycles

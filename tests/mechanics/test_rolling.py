@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from camgeom.cams import starter
 from camgeom.checks import judge
+from camgeom.mechanics.life import Rolling
 from camgeom.model import Model
 from camgeom.profile import from_data
 from camgeom.profile.text import load
@@ -166,3 +168,26 @@ def test_a_preload_of_a_nanometre_is_none() -> None:
     assert hair.pressure.max() == pytest.approx(none.pressure.max(), rel=1e-3)
     assert hair._path == pytest.approx(none._path, rel=1e-3)
     assert hair.lives["roller"] == pytest.approx(none.lives["roller"], rel=5e-3)
+
+
+@pytest.mark.parametrize("drive", ["cycloidal", "3-4-5", "simple-harmonic"])
+def test_a_roller_that_stands_where_its_plate_turns_back_has_a_life(drive: str) -> None:
+    """Where a plate's drive stands, the path of its roller grows by nothing: its place on that path was sought by
+    Newton's method alone, which divided by that nothing and ended the check."""
+    data, _, _ = load((PROFILES / "linear_groove.toml").read_text(encoding="utf-8"), "linear_groove")
+    # No dwell at either end, where nothing would press the roller.
+    motion = ({"until": 80.0, "to": 15.0, "law": "modified-sine"}, {"until": 160.0, "to": 0.0, "law": "cycloidal"})
+    made = Model(from_data({**data, "cam": data["cam"] | {"drive": drive}, "motion": motion}, ""))
+    (duty,) = made.duties
+    radius = np.full(len(duty.slices.pressure), duty.radius)
+    rolling = Rolling.of(duty.slices, duty.roller, radius, "from-behind")
+    # A panel at both of whose ends it stands to the last bit: its rate is 1 - x², its path x - x³ / 3 + 2 / 3.
+    rates, inside = np.zeros_like(rolling.rates), np.zeros_like(rolling.inside)
+    rates[..., [0, 2]], inside[..., [0, 1, 3]] = [0.5, -0.5], [2.0 / 3.0, 0.75, -1.0 / 12.0]
+    edges = np.broadcast_to(4.0 / 3.0 * np.arange(rolling.edges.shape[1]), rolling.edges.shape)
+    stands = replace(rolling, rates=rates, inside=inside, edges=edges)
+    path, none = np.linspace(0.0, 4.0 / 3.0, 2001), np.zeros(2001, dtype=np.intp)
+    x = stands.solve(none, none, path)
+    assert np.abs(x - x**3 / 3.0 + 2.0 / 3.0 - path).max() < 1e-12
+    assert all(0.0 < life < np.inf for life in duty.lives.values())
+    assert not [word for word in judge(made, ["life"]).not_judged if "range" in word.reason]
