@@ -71,8 +71,8 @@ class Arc:
         return self.centre + a * s, a * c, -a * s, self.radius - a + a * c, -a * s, -a * c
 
     def parameter(self, delta: float) -> float:
-        """The t at the axial coordinate delta; beyond the arc its end (a quarter turn)."""
-        return asin(min(1.0, max(-1.0, (delta - self.centre) / self.arc)))
+        """The t at the axial coordinate delta; beyond the arc its end (a quarter turn); of no arc its middle."""
+        return 0.0 if self.arc == 0.0 else asin(min(1.0, max(-1.0, (delta - self.centre) / self.arc)))
 
     def parameters(self, delta: Floats) -> Floats:
         """The t at axial coordinates delta, (...), likewise."""
