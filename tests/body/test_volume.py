@@ -100,7 +100,7 @@ def test_a_plate_with_a_groove_is_a_ring_on_its_true_faces() -> None:
     assert np.allclose(rho[volume.sets["rim"]], 110.0)
     assert np.allclose(x[volume.sets["end_lower"], 2], 0.0)
     assert np.allclose(x[volume.sets["land"], 2], 24.0)
-    assert volume_mm3(volume) == pytest.approx(model.solid.mesh.volume, rel=1e-3)
+    assert volume_mm3(volume) == pytest.approx(model.solid.mesh.volume, rel=2e-3)
     assert np.linalg.norm(volume.forces.sum(axis=0)) == pytest.approx(volume.patch.normal)
     torque = np.cross(x, volume.forces).sum(axis=0)[2]
     at = float(duty.force.panels.at(duty.torque, np.array([np.radians(100.0)]))[0])
@@ -157,7 +157,7 @@ def test_a_rib_stands_on_its_drum_with_its_flanks_on_the_rollers() -> None:
     rho = np.hypot(volume.nodes[:, 0], volume.nodes[:, 1])
     for name, radius in (("land", 60.0), ("base", 48.0), ("bore", 15.0)):
         assert np.allclose(rho[volume.sets[name]], radius)
-    assert volume_mm3(volume) == pytest.approx(model.solid.mesh.volume, rel=1e-3)
+    assert volume_mm3(volume) == pytest.approx(model.solid.mesh.volume, rel=2e-3)
     assert np.linalg.norm(volume.forces.sum(axis=0)) == pytest.approx(volume.patch.normal, rel=1e-3)
     assert least_volume(volume.nodes[volume.elements]) > 0.0
     # The roller that presses there is the one whose flank is loaded.
@@ -183,12 +183,10 @@ def test_a_steep_groove_of_a_cone_is_meshed_as_thick_as_its_roller_is_at_each_de
     """With the roller's middle for its end the elements of this groove were folded."""
     model = Model(from_data(changed("steep_shuttle", cam={"keyway_width": 0.0, "keyway_depth": 0.0})))
     corners = model.volume.nodes[model.volume.elements]
-    points, weights = gauss()
-    rates = shapes(points)[1]
     assert least_volume(corners) > 0.0
-    assert float((gradients(corners, rates)[1] * weights).sum()) == pytest.approx(model.solid.mesh.volume, rel=1e-3)
+    assert volume_mm3(model.volume) == pytest.approx(model.solid.mesh.volume, rel=1e-3)
     with pytest.raises(DesignError, match="folded"):
-        gradients(corners * [1.0, 1.0, -1.0], rates)
+        gradients(corners * [1.0, 1.0, -1.0], shapes(gauss()[0])[1])
 
 
 def with_rim() -> dict[str, Any]:
