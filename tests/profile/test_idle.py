@@ -10,10 +10,16 @@ import pytest
 
 from camgeom.cams import kinds, starter
 from camgeom.checks import judge
+from camgeom.dynamics.impact.spec import ImpactSpec
+from camgeom.dynamics.spec import DynamicsSpec
 from camgeom.errors import DesignError, ProfileError
 from camgeom.model import Model
 from camgeom.profile import Profile, from_data, parse, read
+from camgeom.profile.errors import keys_of
+from camgeom.profile.own_track import TWO_UNITS
+from camgeom.profile.sections import Limits, Operation
 from camgeom.profile.text import load
+from camgeom.tolerance.spec import ToleranceSpec
 from tests.places import PROFILES
 from tests.profile.cases import CASES, frozen, made, put
 from tests.reference.profiles import built
@@ -319,6 +325,7 @@ def test_a_load_in_another_unit_is_not_taken_over(key: str) -> None:
         ("limits", {"velocity": 700.0}, r"limits\.velocity: has two units"),
         ("limits", {"torque_n_m": 700.0}, ""),
         ("dynamics", {"kind": "follower", "linkage_stiffness": 9000.0}, r"dynamics\.linkage_stiffness: has two units"),
+        ("impact", {"clearance": 0.02, "inertia": 2.4}, r"impact\.inertia: "),
         ("tolerance", {"phase_arcmin": 1.0, "dwell_limit": 20.0}, r"tolerance\.dwell_limit: has two units"),
         ("tolerance", {"phase_arcmin": 1.0, "pressure_limit": 2000.0}, ""),
         ("duty", ({"hours": 1.0, "force": ({"expression": "9"},)},), r"track\[0\]\.operation\.force: is missing"),
@@ -330,3 +337,18 @@ def test_a_number_with_two_units_is_not_that_of_a_slide_and_an_arm(table: str, k
         return
     with pytest.raises(ProfileError, match=word):
         _drum_of_a_slide_and_an_arm(**{table: keys})
+
+
+def test_which_keys_have_two_units() -> None:
+    """They are told by their meanings: one whose text is written anew is still found, or this says so."""
+    found = {name: {key for key, field in keys_of(model).items() if TWO_UNITS.match(field.description or "")}
+             for name, model in (("operation", Operation), ("limits", Limits), ("dynamics", DynamicsSpec),
+                                 ("tolerance", ToleranceSpec), ("impact", ImpactSpec))}  # fmt: skip
+    assert found == {
+        "operation": {"friction", "spring_rate", "spring_preload"},
+        "limits": {"velocity", "least_velocity"},
+        "dynamics": {"settling_band", "mass", "linkage_stiffness", "linkage_damping", "return_stiffness",
+                     "return_damping", "preload", "tappet_mass", "tappet_stiffness", "tappet_damping"},
+        "tolerance": {"dwell_limit", "motion_limit", "backlash_limit"},
+        "impact": {"inertia"},
+    }  # fmt: skip

@@ -95,7 +95,7 @@ class ImpactSpec(Section):
         Field(description="kg mm²; the rollers of a planar cam turn; default: they do not, and rub on it"),
     ] = None
     inertia: Annotated[
-        Positive | None, Field(description="kg m² (swinging) or kg; default: the follower's inertia or mass")
+        Positive | None, Field(description="kg (kg m² of what swings); default: the follower's inertia or mass")
     ] = None
     turns: Annotated[int, Field(ge=2, le=100, description="turns that are solved")] = 6
     settle: Annotated[int, Field(ge=0, le=99, description="turns at the start that are not counted")] = 1
