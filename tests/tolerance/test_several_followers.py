@@ -144,7 +144,7 @@ def test_result_and_report_tell_what_all_keep() -> None:
     tables = [block for one in page.sections for block in one.blocks if isinstance(block, Table)]
     (whole,) = (one for one in tables if one.caption.startswith("Every follower"))
     assert [row[0] for row in whole.rows] == ["1", "2", "all of a machine"]
-    assert whole.rows[-1][-1] == pytest.approx(100.0 * data["together"]["tolerance"]["yield"])
+    assert whole.rows[-1][2] == pytest.approx(100.0 * data["together"]["tolerance"]["yield"])
     assert sum("keep every limit of this follower" in one.caption for one in tables) == 2
     assert sum("widest" in one.caption for one in tables) == 1
 
