@@ -125,9 +125,10 @@ def on_time(model: Model) -> Iterable[Finding]:
     if limits.on_time is None and limits.least_on_time is None:
         return
     ends = [end for span in program.spans for end in (span.before, span.after)]
-    # What steps on stands in the same place before and after its step, wherever in its rest the turn begins.
+    turret = model.mechanism.turret
+    # What steps on stands at one of its stops before and after each step, wherever in its rest the turn begins.
     round_it, place, where = (
-        (abs(program.advance), min(ends), "dwell between steps") if program.advance
+        (TURN / turret.follower.stops, min(ends), "dwell between steps") if turret is not None and program.advance
         else (np.inf, max(ends), "dwell at the far end of the stroke")
     )  # fmt: skip
     slip = AT_STROKE * (max(ends) - min(ends))

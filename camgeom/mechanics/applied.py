@@ -25,13 +25,17 @@ from camgeom.track import TURN
 Interpolation = Literal["linear", "smooth"]
 
 
+ROUNDED = 1e-9
+"""degrees by which a turn that was written with decimals may come out longer"""
+
+
 def check_table(angles: list[float]) -> None:
     """Raise ValueError where the cam angles of a force table, degrees, do not rise within one turn."""
     if len(angles) < 2:
         raise ValueError("a force table needs two rows or more")
     if any(b <= a for a, b in itertools.pairwise(angles)):
         raise ValueError("the cam angles of a force table must increase")
-    if angles[-1] - angles[0] > 360.0:
+    if angles[-1] - angles[0] > 360.0 + ROUNDED:
         raise ValueError("a force table covers more than one turn")
 
 

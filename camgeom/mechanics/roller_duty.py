@@ -581,9 +581,13 @@ class RollerDuty(Duty):
             return self._rubbed(load, places, *self.pressing.runs(places, crest)[1:], np.array((high - low) / WITHIN))
         places, length = self.slice_places, self.pressing.touching
         if self.finite is None:
-            rubs = self._rubbed(self._slice_load, places, *self._runs[1:], length / SLICES)
-            each = slice_shares(SLICES)[:, None, None]
-            return with_ends(rubs[0]), with_ends(rubs[1]), with_ends(rubs[2]), each * rubs[3]
+            # The load goes on to the ends as in the outer slices; all else is known there.
+            ends = np.stack(self._sliced)
+            on_cam, slip = (np.concatenate([end[:1], inner, end[1:]])
+                            for end, inner in zip(self.pressing.runs(ends)[1:], self._runs[1:]))  # fmt: skip
+            width = slice_shares(SLICES)[:, None, None] * (length / SLICES)
+            return self._rubbed(with_ends(self._slice_load), np.concatenate([ends[:1], places, ends[1:]]), on_cam, slip,
+                                width)  # fmt: skip
         share = np.gradient(self._shares)
         share[[0, -1]] *= 0.5
         return self._rubbed(self._slice_load, places, *self._runs[1:], share[:, None, None] * length)

@@ -660,14 +660,14 @@ class TurretDuty(Duty):
     @cached_property
     def rubbing(self) -> dict[str, float]:
         """Load per width times sliding way that passes a point of cam and roller, N/mm; see `Duty.rubbing`."""
-        _, on_cam, sliding = self._runs
-        share = np.divide(sliding, on_cam, out=np.zeros_like(sliding), where=on_cam > 0.0)
+        work, on_cam = self._ended(self._rubbed_load), self._ended(self._runs[1])
+        passed = np.divide(work, on_cam, out=np.zeros_like(work), where=on_cam > 0.0)
         # A roller's own share of the turns of the cam; the next turn is another roller's.
         turns = self.speed / TURN * 3600.0
-        radii = self.tracks[0].meridian.jet(self.engagement.stations)[3]
-        through = self._ended(self._through(self._rubbed_load / (TURN * radii))).max(initial=0.0)
-        roller = through * self.passes_per_hour / turns
-        return {"roller": float(roller), "cam": float(self._ended(self.line_load * share).max())}
+        radii = self._ended(self.tracks[0].meridian.jet(self.engagement.stations)[3])
+        through = self._ended(self._through(self._rubbed_load)) / (TURN * radii[:, None])
+        roller = through.max(initial=0.0) * self.passes_per_hour / turns
+        return {"roller": float(roller), "cam": float(passed.max())}
 
     def _ended(self, values: Floats) -> Floats:
         """Values of the slices (..., m) with those at their ends, the slices first; under a crown there is no load."""

@@ -141,6 +141,8 @@ def _of_two_units(profile: Profile, own: Profile, table: dict[str, Any], at: str
         Problem(f"{at}.operation.{key}", f"is missing: {slides}, this follower {turns}, and its unit is another one")
         for key in sorted(keys - said.keys()) if stated.get("operation", {}).get(key)
     ]
+    if "motion" not in table:
+        found.append(Problem(f"{at}.motion", f"is missing: {slides}, this follower {turns}, and its lifts are others"))
     if "force" not in said and any("force" in state for state in stated.get("duty", ())):
         found.append(Problem(f"{at}.operation.force", "is missing: those of [[duty]] are in another unit"))
     for name in FOR_ALL:

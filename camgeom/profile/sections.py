@@ -77,7 +77,7 @@ class Force(Section):
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
-        from camgeom.mechanics.applied import check_table, compile_expression
+        from camgeom.mechanics.applied import ROUNDED, check_table, compile_expression
 
         if (self.expression is None) == (self.table is None):
             raise ValueError("a force needs either an expression or a table")
@@ -87,9 +87,10 @@ class Force(Section):
         if self.expression is not None and "interpolation" in stated:
             raise ValueError("`interpolation` is of a table: an expression has no rows")
         if self.expression is not None:
-            if self.begin - self.until in (0.0, 360.0):
+            length = self.until - self.begin
+            if length == 0.0 or abs(length + 360.0) <= ROUNDED:
                 raise ValueError("`from` and `until` are equal: the force has no range of cam angle")
-            if not -360.0 < self.until - self.begin <= 360.0:
+            if not -360.0 < length <= 360.0 + ROUNDED:
                 raise ValueError("`from` and `until` are more than a turn apart: the force is that of one turn")
             try:
                 compile_expression(self.expression)

@@ -59,6 +59,16 @@ def test_a_turret_rests_between_its_steps_wherever_the_turn_begins(start: int, l
     assert (finding.level, finding.where) == (level, "dwell between steps")
 
 
+@pytest.mark.parametrize(("limit", "level"), [(120.0 / 360.0 / 0.999, "pass"), (120.0 / 360.0 / 1.002, "fail")])
+def test_a_turret_rests_at_every_stop_of_a_turn(limit: float, level: str) -> None:
+    head, tail = INDEXER.split("[[motion]]", 1)[0], INDEXER[INDEXER.index("[operation]") :]
+    steps = ((60, 0), (180, 45), (240, 0), (360, 90))
+    motion = "".join(f"[[motion]]\nuntil = {until}\n" + (f'to = {to}\nlaw = "modified-sine"\n' if to else "")
+                     for until, to in steps)  # fmt: skip
+    (finding,) = found("on-time", head + motion + tail, on_time=limit)
+    assert (finding.level, finding.value) == (level, pytest.approx(120.0 / 360.0))
+
+
 def test_what_is_not_asked_for_is_not_judged() -> None:
     for check in ("velocity", "cycle-rate", "on-time"):
         assert found(check) == []

@@ -307,6 +307,14 @@ def _drum_of_a_slide_and_an_arm(**tables: Any) -> Profile:
     return from_data(keep | {"operation": {"speed": 60.0}, "track": (arm,)} | tables, "")
 
 
+def test_a_lift_in_another_unit_is_not_taken_over() -> None:
+    data, _, _ = load((PROFILES / "both_faces_disc.toml").read_text(encoding="utf-8"), "both_faces_disc")
+    (track,) = data["track"]
+    bare = {key: value for key, value in track.items() if key != "motion"}
+    with pytest.raises(ProfileError, match=r"track\[0\]\.motion: is missing.*turns.*slides"):
+        from_data({**data, "track": (bare,)}, "")
+
+
 @pytest.mark.parametrize("key", ["friction", "spring_rate", "spring_preload", "force"])
 def test_a_load_in_another_unit_is_not_taken_over(key: str) -> None:
     value: Any = ({"expression": "20"},) if key == "force" else 20.0

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from camgeom.errors import ProfileError
-from camgeom.mechanics.applied import expression_force
+from camgeom.mechanics.applied import check_table
 from camgeom.profile import Profile, from_data, parse, read
 from camgeom.profile.motion import motion_problems, program_of
-from camgeom.profile.sections import MotionSegment
+from camgeom.profile.sections import Force, MotionSegment
 from camgeom.profile.text import MAX_BYTES, load
 from camgeom.track.follower import FrameFollower, TurretFollower
 from tests.places import PROFILES
@@ -237,8 +237,14 @@ def test_a_force_may_act_over_a_whole_turn(begin: float) -> None:
 
 def test_a_whole_turn_from_anywhere_is_a_whole_turn() -> None:
     for begin in range(-3600, 3600):
-        force = expression_force("1", radians(begin / 10), radians((begin + 3600) / 10))
-        assert isclose(force.length, 2 * pi)
+        ends = {"from": begin / 10, "until": (begin + 3600) / 10}
+        assert isclose(Force(**ends, expression="1").applied().length, 2 * pi)
+        with pytest.raises(ValueError, match="equal"):
+            Force(**{"from": ends["until"], "until": ends["from"]}, expression="1")
+    for begin in range(3600):
+        check_table([begin / 10, (begin + 3600) / 10])
+    with pytest.raises(ValueError, match="more than one turn"):
+        check_table([0.1, 360.2])
 
 
 def test_everything_wrong_at_once() -> None:
