@@ -135,7 +135,8 @@ def share_load(force: ArrayLike, stations: ArrayLike, widths: ArrayLike, curvatu
                cosines: ArrayLike = 1.0) -> SliceLoads:
     """Load of every slice such that all approach alike and together carry the force.
 
-    force: N along the follower's direction, (...); stations, widths: mm, (m,); curvature: relative, 1/mm, (..., m);
+    force: N along the follower's direction, (...); stations, widths: mm, (m,), a width of 0 of a place that bears a
+    load per length as the rest and no force; curvature: relative, 1/mm, (..., m);
     radius: roller radius mm; depth: to which the cam body yields, mm; gaps: separation of the unloaded profiles
     (crowning) mm, (..., m); tilt: misalignment, rad, (...); cosines: of the pressure angle per slice, (..., m).
     Slice i approaches by d cos_i - gap_i - tilt x_i, and carries approach over the flexibility of its line contact,
@@ -176,8 +177,9 @@ def _approach(total: Floats, stiffness: Floats, cosines: Floats, gap: Floats) ->
     hard = np.take_along_axis(stiffness * cosines, order, axis=-1)
     start = np.take_along_axis(touch, order, axis=-1)
     # With the first j slices in contact d = (total + sum hard start) / sum hard, if that does not reach slice j + 1.
-    base = start[..., :1]
-    reach = (total[..., None] + np.cumsum(hard * (start - base), axis=-1)) / np.cumsum(hard, axis=-1)
+    base, stiff = start[..., :1], np.cumsum(hard, axis=-1)
+    carried = total[..., None] + np.cumsum(hard * (start - base), axis=-1)
+    reach = np.divide(carried, stiff, out=np.full_like(carried, np.inf), where=stiff > 0.0)
     following = np.concatenate([start[..., 1:] - base, np.full((*start.shape[:-1], 1), np.inf)], axis=-1)
     first = np.argmax(reach <= following, axis=-1)[..., None]
     return base, np.asarray(np.take_along_axis(reach, first, axis=-1))

@@ -234,13 +234,6 @@ def largest_of(where: Panels, values: Floats) -> Extreme:
     return max(peak_of(where, values), peak_of(where, -values), key=lambda peak: peak.value)
 
 
-def with_ends(slices: Floats) -> Floats:
-    """Values of equal slices (m, ...), m > 1, and before and after them those at their ends, as the outer two go on;
-    none below 0: (m + 2, ...)."""
-    ends = (np.maximum(1.5 * slices[i] - 0.5 * slices[k], 0.0)[None] for i, k in ((0, 1), (-1, -2)))
-    return np.concatenate([next(ends), slices, next(ends)])
-
-
 def slice_shares(count: int) -> Floats:
     """What each of so many slices and their ends stands for, as a share of a slice: exact of straight lines with a kink
     at a slice's middle, (m + 2,)."""

@@ -32,7 +32,6 @@ from camgeom.mechanics.duty import (
     slice_data,
     slice_shares,
     torque_data,
-    with_ends,
 )
 from camgeom.mechanics.hertz import Beneath, beneath_line, beneath_point, line_depth, line_flexibility
 from camgeom.mechanics.life import CamLife, RollerLife, cam_life, roller_life
@@ -263,10 +262,12 @@ class RollerDuty(Duty):
 
     @cached_property
     def slices(self) -> Contact:
-        """Contact of SLICES equal slices of the length that touches; a leading axis (m,).
+        """Contact in the middle of SLICES equal slices of the length that touches, of a line at its ends too; a
+        leading axis (m,).
 
         Lines that approach alike where the flank is the roller's own envelope, slices of the ellipse under a crown.
-        A slice is a share of that length: where the length changes it wanders along the roller, a little.
+        A slice is a share of that length: where the length changes it wanders along the roller, a little. An end bears
+        the load per length that its approach gives it, and no force, since it has no width.
         """
         if self.finite is not None:
             return self._finite_contact(self.finite.squares)
@@ -282,8 +283,8 @@ class RollerDuty(Duty):
             bare = (press.touching <= ENDING * self.length)[..., None]
         shared = share_load(
             np.abs(force),
-            press.middles - press.middle,
-            np.repeat(np.where(bare, self.length, press.touching[..., None]) / SLICES, SLICES, axis=-1),
+            (self._shares - 0.5) * self.length,
+            np.where(bare, self.length, press.touching[..., None]) * np.array([0.0, *[1.0 / SLICES] * SLICES, 0.0]),
             np.where(k > 0.0, k, 1.0 / self.radius),
             self.roller,
             self.cam,
@@ -319,10 +320,12 @@ class RollerDuty(Duty):
 
     @cached_property
     def _shares(self) -> Floats:
-        """Of the way between those places at which the slices' middles stand, (m,)."""
+        """Of the way between those places at which the slices stand: their middles, of a line its ends too, (m,)."""
         equal = np.asarray((np.arange(SLICES) + 0.5) / SLICES)
         if self.finite is None:
-            if self.crown is None or self.ends.tilt == 0.0:
+            if self.crown is None:
+                return np.concatenate([[0.0], equal, [1.0]])
+            if self.ends.tilt == 0.0:
                 return equal
             # Where the crown touches either wall is a slice too.
             moved = self.crown * sin(self.ends.tilt) / self.length
@@ -332,7 +335,7 @@ class RollerDuty(Duty):
 
     @cached_property
     def slice_places(self) -> Floats:
-        """Place of each slice's middle along the roller axis (delta), mm, (m, p, n)."""
+        """Place of each slice along the roller axis (delta), mm, (m, p, n)."""
         low, high = self._sliced
         return np.asarray(low + self._shares[:, None, None] * (high - low))
 
@@ -345,15 +348,15 @@ class RollerDuty(Duty):
     def spread(self, values: Floats, theta: Floats, delta: Floats) -> Floats:
         """Values of the slices (m, p, n) at cam angles (k,), rad, and places along it, (k, j) or (j,).
 
-        Linear between the slices' middles, 0 beyond what touches; (k, j).
+        Linear between the slices, 0 beyond what touches; (k, j).
         """
         at = self.force.panels.theta.ravel()
         low, high = (np.interp(theta, at, end.ravel())[:, None] for end in self._sliced)
         rows = np.stack([np.interp(theta, at, row.ravel()) for row in values], axis=-1)
         share = (delta - low) / np.where(high > low, high - low, 1.0)
-        middles = self._shares
-        i = np.clip(np.searchsorted(middles, share, "right") - 1, 0, len(middles) - 2)
-        x = np.clip((share - middles[i]) / (middles[i + 1] - middles[i]), 0.0, 1.0)
+        known = self._shares
+        i = np.clip(np.searchsorted(known, share, "right") - 1, 0, len(known) - 2)
+        x = np.clip((share - known[i]) / (known[i + 1] - known[i]), 0.0, 1.0)
         one, two = (np.take_along_axis(rows, index, axis=1) for index in (i, i + 1))
         within = (share >= -1e-9) & (share <= 1.0 + 1e-9) & (high > low)
         return np.where(within, one + x * (two - one), 0.0)
@@ -390,8 +393,10 @@ class RollerDuty(Duty):
 
     @cached_property
     def _slices(self) -> StationWalls:
-        """The walls at the middle of every slice."""
-        places = self.pressing.middles if self.beside is None else self.slice_places.reshape(SLICES, -1).T
+        """The walls at every slice."""
+        places = self.slice_places.reshape(len(self._shares), -1).T
+        if self.beside is None:
+            places = places[0]
         return self.pressing.walls(self.track.meridian.parameters(places))
 
     @cached_property
@@ -552,11 +557,6 @@ class RollerDuty(Duty):
         """Of the slices; see `Pressing.runs`."""
         return self.pressing.runs(self.slice_places)
 
-    @property
-    def _slice_load(self) -> Floats:
-        """Load of every slice per length, N/mm, (m, p, n)."""
-        return np.abs(self.slices.normal)
-
     @cached_property
     def rubbed(self) -> float:
         """Load times sliding way over a turn, N mm: of places that roll less than the middle, or than the crest of
@@ -579,18 +579,13 @@ class RollerDuty(Duty):
             bears = (places >= first) & (places <= last)
             load = np.where(bears, np.abs(self.crowned.contact(places - crest).normal), 0.0)
             return self._rubbed(load, places, *self.pressing.runs(places, crest)[1:], np.array((high - low) / WITHIN))
-        places, length = self.slice_places, self.pressing.touching
         if self.finite is None:
-            # The load goes on to the ends as in the outer slices; all else is known there.
-            ends = np.stack(self._sliced)
-            on_cam, slip = (np.concatenate([end[:1], inner, end[1:]])
-                            for end, inner in zip(self.pressing.runs(ends)[1:], self._runs[1:]))  # fmt: skip
-            width = slice_shares(SLICES)[:, None, None] * (length / SLICES)
-            return self._rubbed(with_ends(self._slice_load), np.concatenate([ends[:1], places, ends[1:]]), on_cam, slip,
-                                width)  # fmt: skip
-        share = np.gradient(self._shares)
-        share[[0, -1]] *= 0.5
-        return self._rubbed(self._slice_load, places, *self._runs[1:], share[:, None, None] * length)
+            share = slice_shares(SLICES) / SLICES
+        else:
+            share = np.gradient(self._shares)
+            share[[0, -1]] *= 0.5
+        width = share[:, None, None] * self.pressing.touching
+        return self._rubbed(np.abs(self.slices.normal), self.slice_places, *self._runs[1:], width)
 
     def _rubbed(
         self, load: Floats, places: Floats, on_cam: Floats, slip: Floats, width: Floats

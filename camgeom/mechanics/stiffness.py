@@ -60,7 +60,8 @@ class Slices:
 
     lever    mm, with the sign of the torque that the wall gives the turret, (n, e)
     preload  approach at psi = 0, mm, below zero where there is a gap, (n, e)
-    width    of a slice that has a wall, mm, (n, e); radius of the roller there, mm, (e,) or one
+    width    of a slice that has a wall, mm, (n, e), 0 of an end, which bears no force; radius of the roller
+             there, mm, (e,) or one
     """
 
     on: npt.NDArray[np.bool_]
@@ -88,7 +89,7 @@ class Slices:
 
         radii = beside.tracks[0].meridian.jet(beside.stations)[3]
         radius = np.tile(radii, beside.on[:, 0].size // len(radii))
-        k, on = flat(beside.curvature), beside.cover > 0.0
+        k, on = flat(beside.curvature), beside.touches
         return cls(
             np.moveaxis(on, 0, 1).reshape(n, -1),
             flat(np.where(on, side * beside.lever, side)),
@@ -119,7 +120,7 @@ class Slices:
     def _held(self, torque: Floats) -> Held:
         way = np.where(torque >= 0.0, 1.0, -1.0)[:, None]
         wanted, lever = np.abs(torque), way * self.lever
-        helping = self.on & (lever > 0.0)
+        helping = self.on & (lever > 0.0) & (self.width > 0.0)
         if not helping.any(axis=1).all():
             raise DesignError("no roller can take the turret's torque at some cam angle: widen the cam")
         touching = np.where(helping, -self.preload / np.where(helping, lever, 1.0), np.inf)

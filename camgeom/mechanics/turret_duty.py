@@ -43,7 +43,6 @@ from camgeom.mechanics.duty import (
     slice_data,
     slice_shares,
     torque_data,
-    with_ends,
 )
 from camgeom.mechanics.hertz import Beneath, allowable_load, beneath_line, line_depth, line_flexibility, line_pressure
 from camgeom.mechanics.life import hours
@@ -261,8 +260,7 @@ class TurretDuty(Duty):
 
     def _along(self, e: Engagement, way: npt.NDArray[np.intp], rows: npt.NDArray[np.intp], torque: Floats) -> Floats:
         """Load per length, N/mm, (q, k, m), on the walls of a direction (q,) at rows (q,) under torques (q,), N mm."""
-        cover = e.cover[way, rows]
-        on = cover > 0.0
+        on = e.touches[way, rows]
         flat = on.reshape(len(rows), -1)
         if not flat.any(axis=1).all():
             at = degrees(float(e.theta[rows[int(np.argmin(flat.any(axis=1)))]]))
@@ -273,7 +271,7 @@ class TurretDuty(Duty):
         shared = share_load(
             torque,
             np.zeros(flat.shape[1]),
-            cover.reshape(flat.shape),
+            e.cover[way, rows].reshape(flat.shape),
             np.where(k > 0.0, np.where(flat, k, 1.0), 1.0 / radius),
             self.roller,
             self.cam,
@@ -500,6 +498,22 @@ class TurretDuty(Duty):
         advance = abs(self.tracks[0].program.advance)
         return turns * advance / TURN if advance else turns
 
+    def _on_roller(self, values: Floats) -> Floats:
+        """Values of the slices (n, k, m), where they come to the same places of the roller again and again: the end of
+        a wall that holds a part of it counts for the slice that it lies in, if as the larger."""
+        if self.beside.graded:
+            return values
+        place, out = self._walls(self.engagement.place), values.copy()
+        stations = self.tracks[0].meridian.jet(self.engagement.stations)[0]
+        between = 0.5 * (stations[2:-1] + stations[1:-2])
+        for end, own in ((0, 1), (-1, len(stations) - 2)):
+            lies = 1 + np.searchsorted(between, place[..., end])
+            n, k = np.nonzero((lies != own) & (values[..., end] > 0.0))
+            m = lies[n, k]
+            out[n, k, m] = np.maximum(out[n, k, m], values[n, k, end])
+            out[n, k, end] = 0.0
+        return out
+
     def _passage(self, weight: Floats) -> Floats:
         """Integral over a roller's whole passage of weight (n, k, ...) d(path), one row for each roller's path, mm."""
         return self._through(weight * self.path_rate.reshape(*self.path_rate.shape, *([1] * (weight.ndim - 2))))
@@ -526,8 +540,9 @@ class TurretDuty(Duty):
         """Turning of each roller about its pin, rad/rad, signed, (n, k).
 
         A slice whose wall asks for another turning slides. The friction mu N r of the slices that are dragged on equals
-        that of those that are held back (a free bearing): the roller turns as the weighted median of its slices, on
-        both walls where a preload presses both. Without load, as the middle slice beside the wall that the torque
+        that of those that are held back (a free bearing): the roller turns as the weighted median of its slices, each
+        as wide as its weight and straight from middle to middle, on both walls where a preload presses both. Without
+        load, as the middle slice beside the wall that the torque
         chooses, or beside the other one where that is the one it has.
         """
         e, radii = self.engagement, self.tracks[0].meridian.jet(self.engagement.stations)[3]
@@ -537,15 +552,20 @@ class TurretDuty(Duty):
             )
         else:
             weight, turning = self.line_load * self._cover * radii, self._walls(e.turning)
-        order = np.argsort(turning, axis=-1)
+        order = np.argsort(np.where(weight > 0.0, turning, np.inf), axis=-1)
         turning, weight = (np.take_along_axis(values, order, axis=-1) for values in (turning, weight))
         total = np.cumsum(weight, axis=-1)
-        middle = np.argmax(total >= 0.5 * (1.0 - 1e-12) * total[..., -1:], axis=-1)[..., None]
+        middles, half = total - 0.5 * weight, 0.5 * total[..., -1:]
+        first = np.maximum((middles <= half * (1.0 + 1e-12)).sum(axis=-1, keepdims=True) - 1, 0)
+        after = np.minimum(first + 1, np.maximum((weight > 0.0).sum(axis=-1, keepdims=True) - 1, 0))
+        below, above = (np.take_along_axis(middles, at, axis=-1) for at in (first, after))
+        slower, faster = (np.take_along_axis(turning, at, axis=-1) for at in (first, after))
+        share = np.divide(half - below, above - below, out=np.zeros_like(half), where=above > below)
         way, rows = np.where(self.turret_torque >= 0.0, 0, 1), np.arange(len(self.theta))
         there, beside = ((e.cover[wall, rows] > 0.0).any(axis=-1) for wall in (way, 1 - way))
         chosen, other = (e.turning[wall, rows][..., len(radii) // 2] for wall in (way, 1 - way))
         free = np.where(beside & ~there, other, chosen)
-        pressed = np.take_along_axis(turning, middle, axis=-1)[..., 0]
+        pressed = (slower + share * (faster - slower))[..., 0]
         return np.asarray(np.where(total[..., -1] > 0.0, pressed, free))
 
     @cached_property
@@ -553,7 +573,8 @@ class TurretDuty(Duty):
         """Of every slice on the wall that it presses, mm/rad, (n, k, m) each: mean speed of both surfaces through the
         contact, the contact's along the cam, and sliding, round the roller and along its axis."""
         on_cam, axial = (self._walls(values) for values in self.engagement.runs)
-        radii, wanted = self.tracks[0].meridian.jet(self.engagement.stations)[3], self._walls(self.engagement.turning)
+        meridian, wanted = self.tracks[0].meridian, self._walls(self.engagement.turning)
+        radii = meridian.jet(meridian.parameters(self._walls(self.engagement.place)))[3]
         # A roller that turns faster than a slice rolls carries more oil in, whichever way it turns.
         slip = (self.turning[..., None] - wanted) * radii * np.where(wanted >= 0.0, 1.0, -1.0)
         return np.abs(on_cam + 0.5 * slip), on_cam, np.hypot(slip, axial)
@@ -600,7 +621,8 @@ class TurretDuty(Duty):
         """
         limit, m = self.roller.contact_limit, self.roller
         folded = np.isinf(self.pressure)
-        damage = self._passage((np.where(folded, 0.0, self.pressure) / limit) ** m.exponent).max(axis=0)
+        weight = (np.where(folded, 0.0, self.pressure) / limit) ** m.exponent
+        damage = self._passage(self._on_roller(weight)).max(axis=0)
         damage = damage / (TURN * self._radius * m.contact_cycles) * self.passes_per_hour
         life = np.where(damage > 0.0, 1.0 / np.where(damage > 0.0, damage, 1.0), np.inf)
         return np.where(folded.any(axis=(0, 1)), 0.0, life)
@@ -649,30 +671,24 @@ class TurretDuty(Duty):
     @cached_property
     def rubbed(self) -> float:
         """Load times sliding way of all rollers over a turn, N mm."""
-        each = self._ended(self._rubbed_load)
-        cover = np.moveaxis(self._cover, -1, 0)
-        width = cover if len(each) == len(cover) else (
-            slice_shares(len(cover))[:, None, None] * np.concatenate([cover[:1], cover, cover[-1:]])
-        )
-        total = (each * width).sum(axis=(0, 2))[self._nodes]
+        width = self._cover
+        if not self.beside.graded:
+            inner = width[..., 1:-1]
+            width = slice_shares(inner.shape[-1]) * np.concatenate([inner[..., :1], inner, inner[..., -1:]], axis=-1)
+        total = (self._rubbed_load * width).sum(axis=(1, 2))[self._nodes]
         return float(self.force.panels.integral(total.reshape(self.force.panels.theta.shape)))
 
     @cached_property
     def rubbing(self) -> dict[str, float]:
         """Load per width times sliding way that passes a point of cam and roller, N/mm; see `Duty.rubbing`."""
-        work, on_cam = self._ended(self._rubbed_load), self._ended(self._runs[1])
+        work, on_cam = self._rubbed_load, self._runs[1]
         passed = np.divide(work, on_cam, out=np.zeros_like(work), where=on_cam > 0.0)
         # A roller's own share of the turns of the cam; the next turn is another roller's.
         turns = self.speed / TURN * 3600.0
-        radii = self._ended(self.tracks[0].meridian.jet(self.engagement.stations)[3])
-        through = self._ended(self._through(self._rubbed_load)) / (TURN * radii[:, None])
+        radii = self.tracks[0].meridian.jet(self.engagement.stations)[3]
+        through = self._through(self._on_roller(work)) / (TURN * radii)
         roller = through.max(initial=0.0) * self.passes_per_hour / turns
         return {"roller": float(roller), "cam": float(passed.max())}
-
-    def _ended(self, values: Floats) -> Floats:
-        """Values of the slices (..., m) with those at their ends, the slices first; under a crown there is no load."""
-        slices = np.moveaxis(values, -1, 0)
-        return slices if self.engagement.graded else with_ends(slices)
 
     @cached_property
     def contact_forces(self) -> Floats:
@@ -801,7 +817,7 @@ class TurretDuty(Duty):
         if self.preload <= 0.0:
             return 0.0
         e = self.engagement
-        k = float(e.curvature[:, 0][e.cover[:, 0] > 0.0].max())
+        k = float(e.curvature[:, 0][e.touches[:, 0]].max())
         load = 1.0
         for _ in range(60):
             soft = float(line_flexibility(load, k, self.roller, self.cam, self._radius, 2.0 * self._radius))

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 from math import ceil, floor, pi
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -31,6 +31,9 @@ from camgeom.track.runout import PLACES, Within, changes, touching
 from camgeom.track.section import Column
 
 Bools = npt.NDArray[np.bool_]
+Slicing = Literal["even", "ended", "graded"]
+"""of a roller's contact stretch: SLICES alike, those and the two ends of what touches as slices without width, or finer
+ones in the middle, where a crown touches"""
 Indices = npt.NDArray[np.intp]
 SLICES = 7
 GRADED = 31
@@ -125,10 +128,10 @@ def comings(tracks: tuple[Track, ...], within: Within, samples: int = 181) -> tu
     return np.sort(np.concatenate(whole)), np.sort(np.concatenate(middle))
 
 
-def _edges(track: Track, graded: bool) -> Floats:
-    """Meridian parameters between the slices of a roller, (m + 1,)."""
+def _edges(track: Track, slicing: Slicing) -> Floats:
+    """Meridian parameters between the slices of a roller that have a width, (m + 1,)."""
     low, high = sorted(track.meridian.parameter(d) for d in track.contact)
-    if not graded:
+    if slicing != "graded":
         return np.linspace(low, high, SLICES + 1)
     u = np.linspace(-1.0, 1.0, GRADED + 1)
     return np.asarray(0.5 * (low + high) + 0.5 * (high - low) * u * np.abs(u))
@@ -136,7 +139,7 @@ def _edges(track: Track, graded: bool) -> Floats:
 
 class _Wall(NamedTuple):
     """A wall beside a roller: its flank at stations t (n, m), which way it pushes (n,), its levers, and of every slice
-    its ends and whether at least half of it has a wall."""
+    its ends, whether it has a wall, and whether at least half of it has."""
 
     flank: Flank
     way: npt.NDArray[np.intp]
@@ -144,6 +147,7 @@ class _Wall(NamedTuple):
     t: Floats
     low: Floats
     high: Floats
+    touches: Bools
     on: Bools
 
 
@@ -153,14 +157,13 @@ class Engagement:
 
     within   how deep points lie within the blank: beyond it a roller has no wall to bear on
     known   of the same rollers at other cam angles, in rising order: where it stands at one of these it is believed
-    graded  whether its slices are finer in the middle of the rollers, where a crown touches
     """
 
     tracks: tuple[Track, ...]
     within: Within
     theta: Floats
     known: Engagement | None = None
-    graded: bool = False
+    slicing: Slicing = "even"
 
     @cached_property
     def places(self) -> tuple[tuple[int, int], ...]:
@@ -175,8 +178,14 @@ class Engagement:
     @cached_property
     def stations(self) -> Floats:
         """Meridian parameters of the slices' middles, (m,)."""
-        edges = _edges(self.tracks[0], self.graded)
-        return np.asarray(0.5 * (edges[1:] + edges[:-1]))
+        edges = _edges(self.tracks[0], self.slicing)
+        return self._ended(0.5 * (edges[1:] + edges[:-1]), edges[0], edges[-1])
+
+    def _ended(self, values: npt.NDArray[Any], first: Any, last: Any) -> npt.NDArray[Any]:
+        """Values of the slices that have a width (..., m), between those (...) of the ends where these count too."""
+        if self.slicing != "ended":
+            return values
+        return np.concatenate([np.expand_dims(first, -1), values, np.expand_dims(last, -1)], axis=-1)
 
     @property
     def length(self) -> float:
@@ -189,11 +198,9 @@ class Engagement:
         """Speed of the contact along the cam, and sliding along the roller's axis, mm/rad, (2, n, k, m) each."""
         on_cam, axial = np.zeros((2, *self.curvature.shape))
         for track, phi, rows, place in self._rollers():
-            for side in track.sides:
-                flank = Flank(track, phi, self.stations, side)
-                way = np.where(flank.lever().mean(axis=1) < 0.0, 0, 1)
-                on_cam[way, rows, place] = flank.passing
-                axial[way, rows, place] = flank.sliding()[1]
+            for wall in self._beside(track, phi, 2):
+                on_cam[wall.way, rows, place] = wall.flank.passing
+                axial[wall.way, rows, place] = wall.flank.sliding()[1]
         return on_cam, axial
 
     @cached_property
@@ -203,6 +210,7 @@ class Engagement:
             "lever": np.ones((2, n, k, m)),
             "curvature": np.ones((2, n, k, m)),
             "on": np.zeros((2, n, k, m), dtype=bool),
+            "touches": np.zeros((2, n, k, m), dtype=bool),
             "cover": np.zeros((2, n, k, m)),
             "place": np.zeros((2, n, k, m)),
             "normal": np.zeros((2, n, k, m, 3)),
@@ -243,7 +251,7 @@ class Engagement:
 
     def _beside(self, track: Track, phi: Floats, order: int) -> Iterator[_Wall]:
         """The walls beside a roller at its cam angles (n,), from poses to an order of derivatives."""
-        edges = _edges(track, self.graded)
+        edges = _edges(track, self.slicing)
         shared = track.pose(phi, order)
         for side in track.sides:
             eased = track.eased(side)
@@ -251,20 +259,25 @@ class Engagement:
             begin, stop = touching(track, side, phi, self.within, pose)
             low, high = np.maximum(edges[:-1], begin[:, None]), np.minimum(edges[1:], stop[:, None])
             some = high > low
+            on, ends = some & (high - low >= 0.5 * np.diff(edges)), (low[:, 0], high[:, -1])
+            if self.slicing == "ended":
+                ends = np.maximum(begin, edges[0]), np.minimum(stop, edges[-1])
+            low, high = (self._ended(each, *ends) for each in (low, high))
+            some, on = (self._ended(each, each.any(axis=1), each.any(axis=1)) for each in (some, on))
             # Of a slice that stands out of the cam with one end, the rest is looked at.
             t = np.where(some, 0.5 * (low + high), self.stations)
             flank = Flank(track, phi, t, side, given_pose=pose)
             lever = flank.lever()
             way = np.where(lever.mean(axis=1) < 0.0, 0, 1)
-            yield _Wall(flank, way, lever, t, low, high, some & (high - low >= 0.5 * np.diff(edges)))
+            yield _Wall(flank, way, lever, t, low, high, some, on)
 
     def _fill(self, out: dict[str, Any], track: Track, phi: Floats, rows: Indices, place: Indices) -> None:
         delta = track.meridian.jet
-        for flank, way, lever, t, low, high, on in self._beside(track, phi, 2):
-            some = high > low
+        for flank, way, lever, t, low, high, some, on in self._beside(track, phi, 2):
             out["lever"][way, rows, place] = np.abs(lever)
             out["curvature"][way, rows, place] = flank.k_rel
             out["on"][way, rows, place] = on
+            out["touches"][way, rows, place] = some
             out["cover"][way, rows, place] = np.where(some, np.abs(delta(high)[0] - delta(low)[0]), 0.0)
             out["place"][way, rows, place] = delta(t)[0]
             out["normal"][way, rows, place] = flank.normals
@@ -285,6 +298,11 @@ class Engagement:
     def on(self) -> Bools:
         """Whether at least half of a slice has a wall to bear on, (2, n, k, m)."""
         return np.asarray(self._walls["on"])
+
+    @cached_property
+    def touches(self) -> Bools:
+        """Whether a slice has a wall to bear on, (2, n, k, m), also one without width."""
+        return np.asarray(self._walls["touches"])
 
     @cached_property
     def cover(self) -> Floats:
@@ -327,7 +345,7 @@ class Engagement:
 class Beside:
     """The rollers of a turret beside its cam, asked at several sets of cam angles: nothing is sought twice.
 
-    graded: see `Engagement`
+    graded: whether slices are finer in the middle of the rollers, else the ends count as slices too
     """
 
     tracks: tuple[Track, ...]
@@ -349,7 +367,7 @@ class Beside:
 
     def once(self, theta: Floats, known: Engagement | None = None) -> Engagement:
         """The same, which is not kept."""
-        return Engagement(self.tracks, self.within, theta, known, self.graded)
+        return Engagement(self.tracks, self.within, theta, known, "graded" if self.graded else "ended")
 
     @cached_property
     def _asked(self) -> list[Engagement]:

@@ -60,17 +60,17 @@ def test_the_steep_groove_of_a_thin_drum_holds_a_part_of_its_roller() -> None:
     # The force over the length that touches, shared equally, is within a thousandth of the slices' own sharing.
     quoted = duty.contact.peak()
     assert peak.value == pytest.approx(float(quoted.pressure) * np.sqrt(5.0 / length), rel=0.02)
-    assert peak.value == pytest.approx(1546.06, abs=0.01)
+    assert peak.value == pytest.approx(1547.37, abs=0.01)
     assert duty.contact_data()["contact_length_mm"] == duty.contact_length
     assert duty.least_touching.value <= duty.contact_length
-    assert duty.lives["roller"] == pytest.approx(43985.167, rel=1e-6)
+    assert duty.lives["roller"] == pytest.approx(43761.799, rel=1e-6)
 
 
 @pytest.mark.parametrize(("share", "level"), [(1.002, "pass"), (0.999, "fail")])
 def test_it_is_judged_by_the_pressure_of_that_part(share: float, level: str) -> None:
-    (finding,) = said(short(limits={"contact_pressure_mpa": 1546.0597 * share}), "contact-pressure")
-    assert (finding.level, finding.where) == (level, "groove, at 33.04 mm along the roller axis, 3.223 of 5 mm touch")
-    found = {f.where: f.level for f in said(short(limits={"life_h": 43985.167 / share}), "life")}
+    (finding,) = said(short(limits={"contact_pressure_mpa": 1547.3724 * share}), "contact-pressure")
+    assert (finding.level, finding.where) == (level, "groove, at 33.22 mm along the roller axis, 3.223 of 5 mm touch")
+    found = {f.where: f.level for f in said(short(limits={"life_h": 43761.799 / share}), "life")}
     assert found["roller"] == level
 
 

@@ -56,7 +56,7 @@ def test_two_states_by_hand():
     for body in ("roller", "cam"):
         by_hand = 1.0 / (0.75 / slow.lives[body] + 0.25 / fast.lives[body])
         assert whole.lives[body] == pytest.approx(by_hand, rel=1e-9)
-    assert slow.lives["roller"] == pytest.approx(23571.588, rel=1e-6)
+    assert slow.lives["roller"] == pytest.approx(23064.0594, rel=1e-6)
     data = compute(whole, ("contact", "fatigue")).data
     assert data["contact"]["state"] == "fast"
     assert data["contact"]["peak_slice_pressure_mpa"] == pytest.approx(fast.duty.peak_pressure.value, rel=1e-9)

@@ -129,7 +129,7 @@ def test_under_a_preload_a_roller_rolls_on_the_wall_that_presses_it() -> None:
     pressed = duty._on_walls[0][..., m] > 0.0
     walls = np.abs(e.turning[..., m]) * duty._radius
     own = np.where(pressed[0], walls[0], walls[1])
-    one = pressed.any(axis=0) & (e.cover > 0.0).all(axis=3).any(axis=0)
+    one = pressed.any(axis=0) & e.touches.all(axis=3).any(axis=0)
     assert duty.path_rate[one] == pytest.approx(own[one], rel=0.02)
     way = np.where(duty.turret_torque >= 0.0, 0, 1)
     of_torque = walls[way, np.arange(len(way))]

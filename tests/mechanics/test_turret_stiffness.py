@@ -15,7 +15,6 @@ from camgeom.mechanics.turret_duty import COUNT, TurretDuty
 from camgeom.model import Model
 from camgeom.profile import parse
 from camgeom.report.result import compute
-from camgeom.track.turret import Engagement
 from tests.places import PROFILES
 
 SHAFTS = '\n[dynamics]\nkind = "indexing"\ninput_stiffness = 194870\noutput_stiffness = 350210\ncontact_damping = 4\n'
@@ -38,7 +37,7 @@ def changer() -> Model:
 
 
 def slices_at(duty: TurretDuty, theta: np.ndarray) -> Slices:
-    return duty.slices(Engagement(duty.tracks, duty.beside.within, theta))
+    return duty.slices(duty.beside.once(theta))
 
 
 def torque_of(bearing, held):

@@ -97,9 +97,9 @@ def test_no_section_stands_empty_with_a_reason(page: Page) -> None:
 def test_figures_are_the_models_own(model: Model, page: Page) -> None:
     shown = {figure.label: figure.value for figure in page.figures}
     assert shown["Stroke"] == pytest.approx(74.0)
-    assert shown["Peak contact pressure"] == pytest.approx(1098.630, abs=5e-3)
+    assert shown["Peak contact pressure"] == pytest.approx(1102.458, abs=5e-3)
     assert shown["Contact pressure, quoted place"] == pytest.approx(1004.677, abs=5e-3)
-    assert shown["Roller life"] == pytest.approx(23571.6, abs=1.0)
+    assert shown["Roller life"] == pytest.approx(23064.1, abs=1.0)
     assert shown["Largest pressure angle"] == pytest.approx(np.degrees(model.flanks[0].pressure_angle.value))
 
 
