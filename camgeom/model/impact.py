@@ -93,6 +93,10 @@ MOST_FINITE = 32
 """contacts of rollers with stated ends over a turn, of all runs of a design"""
 A_FINITE = 1.25
 """s of one core that one of them takes"""
+MOST_POINTS = 600_000
+"""cam angles at which they are looked at, of all runs of a design, ten or more in every step of its solver"""
+A_POINT = 1.3e-3
+"""MB that they hold of one"""
 
 
 def impact_duties_of(
@@ -100,7 +104,8 @@ def impact_duties_of(
 ) -> tuple[Duties, ...]:
     """The duties of all that presses the cam, in every counted turn of a run, by the code of the rigid ones.
 
-    runs   how many such runs the design asks for; raises NotConverged where their contacts would take too long
+    runs   how many such runs the design asks for; raises NotConverged where their contacts would take too long, or too
+           much memory
     """
     from camgeom.mechanics.roller_duty import RollerDuty
 
@@ -111,10 +116,17 @@ def impact_duties_of(
         where, thrust = run.thrust(turn)
         acting = replace(load, solved=partial(where.at, thrust / MILLI if load.rotating else thrust), solved_on=where)
         found.append(carriers(profile.material, mechanism, acting, ratings_of(profile)))
-    each = sum(isinstance(duty, RollerDuty) and duty.level == "finite" for duties in found for duty in duties)
+    solved = [duty for duties in found for duty in duties if isinstance(duty, RollerDuty) and duty.level == "finite"]
+    each, points = len(solved), runs * sum(duty.force.panels.theta.size for duty in solved)
+    shared = f", {each} of each of {runs} followers and states that differ," * (runs > 1)
+    what = f"{each * runs} contacts{shared}"
+    if points > MOST_POINTS:
+        raise NotConverged(
+            f"{what} of rollers with stated ends at {points} cam angles, the steps of the motion, would take about "
+            f"{A_POINT * points:.3g} MB, more than the {A_POINT * MOST_POINTS:.3g} MB that are spent on them: at most "
+            f"{MOST_POINTS} angles, by fewer impact.turns, more that settle, or a larger impact.tolerance"
+        )
     if each * runs > MOST_FINITE:
-        shared = f", {each} of each of {runs} followers and states that differ,"
-        what = f"{each * runs} contacts{shared * (runs > 1)}"
         raise NotConverged(
             f"{what} of rollers with stated ends over a turn would take about {A_FINITE * each * runs:.3g} s of one "
             f"core, more than the {A_FINITE * MOST_FINITE:g} s that are spent on them: at most {MOST_FINITE} of them, "

@@ -227,7 +227,7 @@ def test_runs_that_would_take_too_long_together_are_refused_before_they_start(
             _ = model.states[0].impact
     else:
         _ = model.states[0].impact
-        assert asked == [min(300_000 // states, 150_000 - (states - 1) * turns * 1000)]
+        assert asked == [min(200_000 // states, 100_000 - (states - 1) * turns * 1000)]
 
 
 @pytest.mark.parametrize(("turns", "refused"), [(2, False), (3, True)])
@@ -244,6 +244,25 @@ def test_contacts_of_stated_ends_that_would_take_too_long_are_refused_unsolved(
             _ = model.states[0].impact_pressure
     else:
         assert len(model.states[0].impact_duties) == turns - 1
+
+
+@pytest.mark.parametrize(("share", "refused"), [(1.0, False), (0.999, True)])
+def test_contacts_of_stated_ends_that_would_hold_too_much_are_refused_unsolved(
+    share: float, refused: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run of slow, stiff contacts has ten thousand steps in a turn: its pressures took more than 2 GB."""
+    data = load(starter("cylindrical"), "drum")[0]
+    tables = {"roller": data["roller"] | {"end_radius": 1.0}, "impact": IMPACT | {"turns": 2}}
+    states = ({}, {"load_factor": 1.5})
+    (turn,) = running(*states, tables=tables).states[0].impact_duties
+    points = 2 * sum(duty.force.panels.theta.size for duty in turn)
+    monkeypatch.setattr("camgeom.model.impact.MOST_POINTS", int(share * points))
+    model = running(*states, tables=tables)
+    if refused:
+        with pytest.raises(NotConverged, match=rf"^2 contacts, 1 of each of 2 .* at {points} cam angles .* MB"):
+            _ = model.states[0].impact_pressure
+    else:
+        assert len(model.states[0].impact_duties) == 1
 
 
 FOLLOWERS: dict[str, tuple[tuple[dict[str, Any], ...], list[int]]] = {
