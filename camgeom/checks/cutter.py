@@ -51,6 +51,13 @@ def stock_left(model: Model) -> Iterable[Finding | NotJudged]:
     if spec.allowance:
         yield NotJudged("allowance", f"the tool leaves {spec.allowance:g} mm on the flanks: all else is said of "
                         "the cam that is ground to size")  # fmt: skip
+    if standing := outcome.machining.standing:
+        yield judged(
+            "stock-left", standing, "<=", 0.0, "mm",
+            "the passes make the groove's walls, not the groove: rough it out first, or take a tool that is wider by "
+            f"{0.5 * standing:.6g} mm at least",
+            where=f"standing between the passes, {outcome.machining.tool.about}", worst="warn",
+        )  # fmt: skip
     if most is None:
         return
     limit = max(spec.gouge_limit, spec.scallop + spec.tolerance if spec.kind == "ball" else 0.0)

@@ -75,12 +75,15 @@ def write_cutter_csv(path: Path, machining: Machining) -> int:
     return write_csv(path, COLUMNS, tables())
 
 
-def _head_room(machining: Machining) -> list[str]:
-    """What a ring that is cut from within leaves the angle head, in words."""
-    if (room := machining.room) is None:
-        return []
-    return [f"ANGLE HEAD AND TOOL AT MOST {room.length:.6g} MM LONG, LESS FOR WHAT THE HEAD IS THICK, TOOL AXIS "
-            f"{room.below:.6g} MM ABOVE THE WEB"]  # fmt: skip
+def _warned(machining: Machining) -> list[str]:
+    """What a ring that is cut from within leaves the angle head, and what of a groove is left standing, in words."""
+    words, room = [], machining.room
+    if room is not None:
+        words.append(f"ANGLE HEAD AND TOOL AT MOST {room.length:.6g} MM LONG, LESS FOR WHAT THE HEAD IS THICK, "
+                     f"TOOL AXIS {room.below:.6g} MM ABOVE THE WEB")  # fmt: skip
+    if machining.standing:
+        words.append(f"ROUGH THE GROOVE OUT FIRST: BETWEEN THE PASSES {machining.standing:.6g} MM OF IT STAND")
+    return words
 
 
 SAME_FEED = 0.01
@@ -110,7 +113,7 @@ def write_apt(path: Path, machining: Machining) -> int:
         f"PPRINT/CHORD ERROR AT MOST {spec.tolerance:.6g} MM, ALLOWANCE {spec.allowance:.6g} MM",
         f"PPRINT/FEDRAT KEEPS {spec.feed:.6g} MMPM AT THE CONTACT",
         *(["PPRINT/NO CUTTER TABLE: TOOL, SPINDLE AND FEED ARE ASSUMED"] if machining.assumed else []),
-        *(f"PPRINT/{line}" for line in _head_room(machining)),
+        *(f"PPRINT/{line}" for line in _warned(machining)),
         "UNITS/MM",
         "MULTAX/ON",
     ]
@@ -202,7 +205,7 @@ def write_gcode(path: Path, machining: Machining) -> int:
         f"CAMGEOM: {machining.title}",
         f"TOOL {'; '.join(tools)}; COORDINATES OF THE {where}",
         *machine.about,
-        *_head_room(machining),
+        *_warned(machining),
         *(machine.about_over if any(path.below for path in machining.paths) else []),
         f"PATH WITHIN {spec.tolerance + rounding:.3g} MM: CHORDS {spec.tolerance:.6g}, DECIMALS {rounding:.2g}; "
         f"ALLOWANCE {spec.allowance:.6g} MM",

@@ -128,6 +128,11 @@ class ContourPath:
         """Whether it is in the lower face."""
         return self.up < 0.0
 
+    @property
+    def between(self) -> bool:
+        """Whether it is in a groove."""
+        return self.width < inf
+
     def follows(self, track: Track) -> bool:
         """It follows an outline."""
         del track

@@ -94,6 +94,10 @@ class ToolPath(Protocol):
     def below(self) -> bool:
         """True where the spindle stands below the cam, so that the part is turned over."""
 
+    @property
+    def between(self) -> bool:
+        """True in a groove, whose other wall another pass makes."""
+
     def follows(self, track: Track) -> bool:
         """Whether it runs along the track of a roller."""
 
@@ -192,6 +196,11 @@ class AlongTrack:
     def below(self) -> bool:
         """A drum is cut all round, a disc from the side that its roller comes from."""
         return self.track.upright and up_of(self.track) * self.track.axis[2] < 0.0
+
+    @property
+    def between(self) -> bool:
+        """Whether the roller has a wall on either side."""
+        return len(self.track.sides) > 1
 
     def follows(self, track: Track) -> bool:
         """Whether that is its track."""

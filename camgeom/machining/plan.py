@@ -361,6 +361,15 @@ class Machining:
         return max(tool.thickest(path.height) for path, tool in zip(self.paths, self.tools))
 
     @cached_property
+    def standing(self) -> float:
+        """Width of what mills leave of a groove between their passes along its two walls, mm; 0 where those meet."""
+        if self.spec.kind == "wheel":
+            return 0.0  # A groove is ground once it is milled.
+        rooms = [(path.room or 0.0, tool.radius) for path, tool in zip(self.paths, self.tools) if path.between]
+        width = max((2.0 * (room - radius) for room, radius in rooms), default=0.0)
+        return width if width > LEAST else 0.0
+
+    @cached_property
     def room(self) -> Room | None:
         """What a ring that is cut from within leaves the angle head; None of other cams."""
         if self.hollow is None:

@@ -58,6 +58,11 @@ class PlatePath:
         """A plate is cut from above."""
         return self.along.below
 
+    @property
+    def between(self) -> bool:
+        """Whether it is in a groove."""
+        return self.along.between
+
     def follows(self, track: Track) -> bool:
         """Whether it runs along the track of a roller."""
         return self.along.follows(track)

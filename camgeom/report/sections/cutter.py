@@ -30,6 +30,7 @@ _FIGURES = (
     ("most_rest_mm", "Most stock left", "mm"),
     ("least_rest_mm", "Least stock left (a gouge is negative)", "mm"),
     ("opposite_wall_mm", "Least distance from the opposite wall", "mm"),
+    ("standing_mm", "Groove left standing between the passes", "mm"),
     ("mouth_gouge_mm", "Tool thicker than the groove's mouth by", "mm"),
     ("largest_tool_diameter_mm", "Largest tool that goes in", "mm"),
     ("head_room_mm", "Room for angle head and tool along its axis", "mm"),
