@@ -68,13 +68,21 @@ def bearing(model: Model) -> Iterable[Finding | NotJudged]:
         yield NotJudged("bearing", NO_OPERATION)
         return
     yield from _loads("bearing", model, model.carriers)
+    rated = _rated(model.carriers)
     loads: dict[str, float] = {}
-    for one in _rated(model.carriers):
-        if one.rating.bent is None:
-            loads[one.rating.table] = max(loads.get(one.rating.table, 0.0), one.duty.peak_force.value)
+    for one in rated:
+        loads[one.rating.table] = max(loads.get(one.rating.table, 0.0), one.duty.peak_force.value)
+    bent = {one.rating.table for one in rated if one.rating.bent is not None}
     for table, load in loads.items():
-        yield NotJudged("bearing", f"give {table}.max_radial_load, what its outer ring bears bent: {load:.4g} N act")
+        if table not in bent:
+            why = f"give {table}.max_radial_load, what its outer ring bears bent: {load:.4g} N act"
+            yield NotJudged("bearing", why)
     for table, roller in model.profile.rollers.items():
+        if table in loads and roller.steepest:
+            # A bearing that takes thrust has factors of its own for it, which no key states.
+            thrust = f"up to {roller.steepest * loads[table]:.4g} N along its axis"
+            yield NotJudged("bearing-thrust", f"{table}: a {roller.shape} is pressed by {thrust}, and its bearing is "
+                            "rated as if all of the load were radial: see that it takes that thrust")  # fmt: skip
         if roller.dynamic_rating is None:
             yield NotJudged("bearing", f"give {table}.dynamic_rating: of the rollers this one's bearing is not rated")
 

@@ -5,7 +5,7 @@ A cam type receives angles already in radians inside the program; sections keep 
 
 from abc import ABC, abstractmethod
 from dataclasses import replace
-from math import atan2, degrees, radians, sqrt
+from math import atan2, degrees, radians, sin, sqrt
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self, final
 
 from pydantic import Field, model_validator
@@ -98,6 +98,11 @@ class _Bearing(Section):
         """Radius of its crown, mm, that touches a flank straight along it; None of a roller without one."""
         return None
 
+    @property
+    def steepest(self) -> float:
+        """Share of a contact's force that acts along the roller's axis, at most: none where it runs square to that."""
+        return 0.0
+
 
 class _Ended(_Bearing):
     """Keys of a roller with two ends: what its contact with the flank is like beside its shape."""
@@ -159,6 +164,11 @@ class ConeRoller(_Ended):
                 f"{self.length:g} mm; allowed: less than {most:.6g} deg either way, or a shorter length"
             )
         return self
+
+    @property
+    def steepest(self) -> float:
+        """The sine of its half angle, all along."""
+        return abs(sin(radians(self.half_angle)))
 
     def meridian(self, centre: float, tip_sign: float) -> Meridian:
         """The meridian with its middle at delta = centre."""
@@ -252,6 +262,11 @@ class SphereRoller(_Bearing):
         if (self.length or 0.0) >= 0.5 * self.diameter:
             raise ValueError(f"length = {self.length:g}: allowed: below the ball's radius, {0.5 * self.diameter:g} mm")
         return self
+
+    @property
+    def steepest(self) -> float:
+        """Its share where the flank ends."""
+        return 2.0 * (self.length or 0.35 * self.diameter) / self.diameter
 
     def meridian(self, centre: float, tip_sign: float) -> Meridian:
         """The meridian with the ball's centre at delta = centre."""

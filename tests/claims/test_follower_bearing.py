@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import hypot, radians, sqrt, tan
 from pathlib import Path
 from typing import Any
 
@@ -106,6 +107,23 @@ def test_the_lubrication_of_the_bearing():
 def test_what_is_missing_is_told():
     assert "max_radial_load" in omitted(model(DISC), "bearing")[0].reason
     assert "limiting_speed" in omitted(model(DISC), "bearing-speed")[0].reason
+
+
+def test_what_presses_along_the_axis_is_told():
+    """Of the 305 N at the top of conical_disc the cone of 10 deg takes the tangent, and the offset leans it more."""
+    cone, cylinder = (parse((PROFILES / "conical_disc.toml").read_text()),
+                      parse((PROFILES / "conical_disc.toml").read_text().replace('"cone"', '"cylinder"').replace(
+                          "half_angle = 10 ", "# ")))  # fmt: skip
+    (told,) = (word.reason for word in omitted(Model(cone), "bearing") if word.check == "bearing-thrust")
+    at_top = sqrt(52.0**2 - 5.0**2) + 15.0
+    thrust = 305.0 * tan(radians(10.0)) / (at_top / hypot(at_top, 5.0))
+    assert f"a cone is pressed by up to {thrust:.4g} N along its axis" in told
+    assert not [word for word in omitted(Model(cylinder), "bearing") if word.check == "bearing-thrust"]
+    flat = model("conical_disc", roller__half_angle=0.0)
+    assert not [word for word in omitted(flat, "bearing") if word.check == "bearing-thrust"]
+    unrated = model("conical_disc", roller__dynamic_rating=None, roller__static_rating=None,
+                    limits__bearing_static_safety=None)  # fmt: skip
+    assert not [word for word in omitted(unrated, "bearing") if word.check == "bearing-thrust"]
 
 
 def test_a_ball_bearing_has_another_exponent():
