@@ -121,6 +121,32 @@ def floor_gap(model: Model) -> Iterable[Finding]:
         )  # fmt: skip
 
 
+@check("mouth", "tracks")
+def mouth(model: Model) -> Iterable[Finding]:
+    """Half of what a groove that is closed all round is wide at its mouth, less the roller's largest radius in it."""
+    if model.mechanism.runs_out:
+        return
+    for track, cutter in zip(model.tracks, model.cutters):
+        if len(track.sides) == 1 or not track.closed:
+            continue
+        cut, roller = _radii(cutter), _radii(track)
+        top = float(cut[0 if cutter.tip_sign > 0.0 else -1])
+        if float(cut.max()) <= top + NO_GAP:
+            continue
+        yield judged(
+            "mouth", top - float(roller.max()), ">=", 0.0, "mm",
+            "no roller that is thicker within its groove than the mouth goes in: a pocket in the groove or a split "
+            "cam, a cone that narrows towards its free end, or more running_clearance",
+            slack=NO_GAP, where=track.name, worst="warn",
+        )  # fmt: skip
+
+
+def _radii(track: Track) -> Floats:
+    """Radii over a roller's contact stretch, from its lower end to its upper one, mm."""
+    low, high = (track.meridian.parameter(end) for end in sorted(track.contact))
+    return track.meridian.jet(np.linspace(low, high, 65))[3]
+
+
 @check("carrier", "tracks")
 def carrier(model: Model) -> Iterable[Finding | NotJudged]:
     """From the bar that carries a roller within a ring to the ring's web."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from math import cos, radians, sqrt, tan
 
 import numpy as np
 import pytest
@@ -18,7 +19,9 @@ from camgeom.report.sections.record import solid_rows
 from camgeom.solid import Solid
 from camgeom.track.sliding import passing
 from tests.places import PROFILES
+from tests.reference import profiles
 from tests.reference.planar_machines import disc, flat
+from tests.reference.profiles import said
 
 TURRETS = ["barrel_indexer", "conical_indexer", "fine_indexer", "tool_changer", "two_start"]
 
@@ -207,6 +210,30 @@ def test_a_roller_that_stands_on_the_floor_of_its_groove_fails(kind: str, gap: f
     found = [f for f in judge(Model(from_data(data, kind)), [check]).findings if "rollers" not in f.where]
     assert [f.level for f in found] == [level]
     assert found[0].value == pytest.approx(gap, abs=1e-9)
+
+
+CONE = {"roller__shape": "cone", "cutter": None}
+CROWN = {"roller__shape": "crowned", "roller__crown_radius": 500.0}
+
+
+@pytest.mark.parametrize(("name", "keys", "thicker"), [
+    ("conical_groove", CONE | {"roller__half_angle": -8.0}, lambda length: length * tan(radians(8.0))),
+    ("pin_insertion", CONE | {"roller__half_angle": -6.0}, lambda length: length * tan(radians(6.0))),
+    ("conical_guide", CONE | {"roller__half_angle": -6.0}, lambda length: length * tan(radians(6.0))),
+    ("pin_insertion", CROWN | {"roller__flank": "conforming"}, lambda length: 500.0 - sqrt(500.0**2 - length**2 / 4.0)),
+])  # fmt: skip
+def test_a_roller_thicker_than_the_mouth_of_its_closed_groove_is_told(name, keys, thicker) -> None:
+    for more, level in ((-1e-3, "warn"), (1e-3, "pass")):
+        length = profiles.model(name, **keys).profile.roller.length
+        clearance = (thicker(length) + more) * cos(radians(keys.get("roller__half_angle", 0.0)))
+        (found,) = said(profiles.model(name, **keys, cam__running_clearance=clearance), "mouth")
+        assert (found.level, found.value) == (level, pytest.approx(more, abs=2e-5))
+    assert not said(profiles.model(name), "mouth")
+
+
+@pytest.mark.parametrize("keys", [CONE | {"roller__half_angle": 6.0}, CROWN])
+def test_what_narrows_towards_the_floor_or_runs_on_a_straight_flank_goes_in(keys) -> None:
+    assert not said(profiles.model("pin_insertion", **keys), "mouth")
 
 
 @pytest.mark.parametrize(("gap", "level"), [(1.0, "pass"), (0.01, "pass"), (0.0, "fail")])
