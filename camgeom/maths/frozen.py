@@ -58,7 +58,7 @@ def frozen(value: T) -> T:
 class cached_property(functools.cached_property[T]):
     """`functools.cached_property` whose arrays are read-only, and of which all threads see the same value.
 
-    A refusal is kept too: what was refused once is not tried again by the next one who asks.
+    A refusal is kept too, and that memory did not do: what failed once is not tried again by the next one who asks.
     """
 
     @overload
@@ -76,7 +76,7 @@ class cached_property(functools.cached_property[T]):
             raise again(kept[refusal])
         try:
             value = frozen(self.func(instance))
-        except CamgeomError as error:
+        except (CamgeomError, MemoryError) as error:
             kept[refusal] = told(error)
             raise
         return kept.setdefault(self.attrname, value)

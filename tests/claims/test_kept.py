@@ -29,6 +29,11 @@ class Asked:
         raise NotConverged("no steps left")
 
     @cached_property
+    def too_large(self) -> float:
+        self.times += 1
+        raise MemoryError
+
+    @cached_property
     def broken(self) -> float:
         self.times += 1
         raise ZeroDivisionError
@@ -39,7 +44,7 @@ def test_a_value_and_a_refusal_are_kept_and_a_bug_is_not() -> None:
     assert asked.value is asked.value
     assert not asked.value.flags.writeable
     assert asked.times == 1
-    for name, error in (("refused", ProfileError), ("lost", NotConverged)):
+    for name, error in (("refused", ProfileError), ("lost", NotConverged), ("too_large", MemoryError)):
         asked.times, told = 0, []
         for _ in range(3):
             with pytest.raises(error) as caught:
