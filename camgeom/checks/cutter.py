@@ -27,7 +27,7 @@ def gouge(model: Model) -> Iterable[Finding | NotJudged]:
         yield judged(
             "gouge", mouth, "<=", spec.gouge_limit, "mm",
             "the tool is thicker below than the groove's mouth, into which it plunges: open the groove at an end "
-            "(run_out), or use a smaller tool",
+            "(run_out), or use a smaller tool or a longer cutter.lead",
             where=f"mouth, {outcome.machining.tool.about}",
         )  # fmt: skip
     yield judged(

@@ -6,8 +6,6 @@ from dataclasses import replace
 from math import degrees, inf
 from typing import Any, final
 
-import numpy as np
-
 from camgeom.errors import DesignError
 from camgeom.immutable import immutable
 from camgeom.machining.contour import ContourPath
@@ -211,16 +209,14 @@ class Outcome:
         return data
 
     def mouth(self) -> float:
-        """By how much a tool like the roller is thicker than its groove's mouth, where it comes down into it, mm."""
-        if self.machining.spec.kind != "roller":
-            return 0.0
-        found = [0.0]
-        for track in self.machining.tracks:
-            if track.closed and len(track.sides) > 1:
-                foot, top = wall_ends(track)
-                radii = track.meridian.jet(np.linspace(min(foot, top), max(foot, top), 33))[3]
-                found.append(float(radii.max()) - roller_at(track, top)[1])
-        return max(found)
+        """By how much a tool that is thicker below cuts into its groove's mouth where it comes down or leaves, mm."""
+        machining, found = self.machining, [0.0]
+        for path, tool in zip(machining.paths, machining.tools):
+            if isinstance(path, AlongTrack) and path.closed and path.between and tool.kind != "disc":
+                aside = (path.room or 0.0) - machining.lead(path)
+                found.append(aside + tool.thickest(path.height) - roller_at(path.track, wall_ends(path.track)[1])[1])
+        most = max(found)
+        return most if most > SAME else 0.0
 
     def _gcode_blocks(self) -> int | None:
         """Blocks of the G-code; None where the machine's axes cannot hold the tool."""

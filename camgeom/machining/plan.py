@@ -288,7 +288,7 @@ class Machining:
         wanted = climbs(cut) == (self.spec.milling == "climb")
         if not wanted and cut.contacts.shape[0] == 1 and not isinstance(path, SidePath):
             cut, lengths = cut.reversed(), lengths[::-1]
-        moves = with_leads(cut, lengths, self._lead(path), path.height + self.spec.retract, 0.5 * self.spec.tolerance)
+        moves = with_leads(cut, lengths, self.lead(path), path.height + self.spec.retract, 0.5 * self.spec.tolerance)
         moves[0] = Move("rapid", self._outside(moves[0].positions))
         moves[-1] = Move("rapid", self._outside(moves[-1].positions))
         return Pass(path.name, tuple(moves), error)
@@ -390,10 +390,10 @@ class Machining:
         """Where the tool comes down beside the flank and where it leaves, at the far ends of the arcs."""
         for way, phi in zip((-1.0, 1.0), path.knots()[[0, -1]]):
             at = path.at(np.array([phi]))
-            arc = quarter(at, self._lead(path), 0.5 * self.spec.tolerance, way)
+            arc = quarter(at, self.lead(path), 0.5 * self.spec.tolerance, way)
             yield at if arc is None else arc.part(slice(0, 1) if way < 0.0 else slice(-1, None))
 
-    def _lead(self, path: ToolPath) -> float:
+    def lead(self, path: ToolPath) -> float:
         """Radius of the arcs in and out, mm."""
         return lead_radius(self.spec.lead, path.room, self._tool_of(path).radius) if path.closed else 0.0
 

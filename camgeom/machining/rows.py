@@ -9,7 +9,7 @@ import numpy as np
 
 from camgeom.errors import DesignError, NotConverged
 from camgeom.immutable import immutable
-from camgeom.machining.path import AlongTrack, Positions, flank_name, roller_at, travel_of, up_of, wall_ends
+from camgeom.machining.path import AlongTrack, Positions, cosine_of, flank_name, roller_at, travel_of, up_of, wall_ends
 from camgeom.maths import Floats, distinct
 from camgeom.maths.surface import dot
 from camgeom.track import Track
@@ -55,7 +55,7 @@ class RowPath(AlongTrack):
         """In a groove: by how much the roller is larger there."""
         if len(self.track.sides) == 1:
             return None
-        return max(0.0, roller_at(self.track, self.t)[1] - self.radius - self.stock)
+        return max(0.0, roller_at(self.track, self.t)[1] - (self.radius + self.stock) * cosine_of(self.track))
 
     def at(self, phi: Floats) -> Positions:
         """Positions at cam angles (n,); the tip is the lowest point of the ball."""

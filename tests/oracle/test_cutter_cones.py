@@ -21,6 +21,7 @@ from camgeom.profile import from_data
 from tests.oracle.conical_discs import DATA, centres, drawn
 from tests.oracle.cutter_simulation import dense, fed_passes, read_gcode, swept
 from tests.places import PROFILES, ROOT
+from tests.reference import profiles
 
 sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 
@@ -231,3 +232,29 @@ def test_each_disc_of_a_pair_is_cut_from_the_side_that_its_roller_comes_from(
             points = points * [1.0, -1.0, -1.0] + [0.0, 0.0, over]
         off = left([passes[1 - disc]], points, tools[disc])
         assert np.abs(off).max() < said(text)
+
+
+BALL = {"kind": "ball", "half_angle": 0.0, "scallop": 0.3}
+
+
+@pytest.mark.parametrize(("end", "keys", "level"), [
+    (18.0, {}, None), (21.0, {}, "fail"), (18.0, {"lead": 0.2}, "fail"), (14.0, {"lead": 0.2}, "fail"),
+    (14.0, {"lead": 2.6}, None), (22.0, BALL, "fail"), (20.0, BALL, None),
+])  # fmt: skip
+def test_a_dovetail_mill_does_not_come_down_through_a_mouth_that_is_narrower(
+    end: float, keys: dict[str, Any], level: str | None
+) -> None:
+    """Where the tool comes down and leaves its end is that far from the mouth's edges, or cuts them."""
+    cutter = {"kind": "flat", "diameter": end, "half_angle": -8.0, **keys}
+    model = profiles.model("conical_groove", roller__half_angle=-8.0, cutter=cutter)
+    pose = model.tracks[0].pose(np.linspace(0.0, 2.0 * np.pi, 20_001), 1)
+    normal = np.stack([-pose.a[1][1], pose.a[1][0]]) / np.hypot(*pose.a[1][:2])
+    half = 12.0 - 6.0 * tan(radians(8.0)) + 0.03 / cos(radians(8.0))
+    edges = np.concatenate([pose.a[0][:2] + way * half * normal for way in (-1.0, 1.0)], axis=1)
+    ends = [move.positions.tip[:2, at] for one in model.machining.passes()
+            for move, at in ((one.moves[1], 0), (one.moves[-1], 0))]  # fmt: skip
+    cut = max(0.5 * end - float(np.hypot(*(edges - place[:, None])).min()) for place in ends)
+    assert (cut > 0.0) is (level is not None)
+    assert model.machined.mouth() == pytest.approx(max(0.0, cut), abs=0.02)
+    found = [one.level for one in judge(model, ("gouge",)).findings if one.where.startswith("mouth")]
+    assert found == ([] if level is None else [level])
