@@ -62,7 +62,11 @@ def drive_force(model: Model) -> Iterable[Finding | NotJudged]:
     """Largest force that the drive of a cam that slides gives along its travel, for follower, plate and slide."""
     drives = [drive for one in model.states if (drive := one.slide_drive) is not None]
     if drives:
-        yield _slid("drive-force", model, max(drives, key=lambda one: one.peak.value))
+        yield (said := _slid("drive-force", model, max(drives, key=lambda one: one.peak.value)))
+        if isinstance(said, Finding):
+            across = max(drive.peak_across.value for drive in drives)
+            yield NotJudged("drive-friction", "no key says how the plate's slide rubs, and the drive's force is "
+                            f"without that: the roller presses the plate across its travel by up to {across:.4g} N")
 
 
 @solved("dynamic-drive-force", "dynamics")

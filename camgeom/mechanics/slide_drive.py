@@ -63,6 +63,12 @@ class SlideDrive:
         return largest_of(self.duty.force.panels, self.groove)
 
     @cached_property
+    def peak_across(self) -> Extreme:
+        """Largest force of the roller on the plate square to its travel, N: what presses the plate on its slide."""
+        across = np.sqrt(np.maximum(self.duty.normal**2 - self.groove**2, 0.0))
+        return largest_of(self.duty.force.panels, across)
+
+    @cached_property
     def peak(self) -> Extreme:
         """Largest force of the drive, N, as a magnitude."""
         return largest_of(self.duty.force.panels, self.force)

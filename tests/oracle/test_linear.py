@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from camgeom.checks import findings
+from camgeom.checks import findings, judge
 from camgeom.errors import DesignError, ProfileError
 from camgeom.export.step.check import check_solid
 from camgeom.export.step.solids import pocket_solid
@@ -248,6 +248,23 @@ def test_an_arm_is_driven_by_the_torque_of_its_pressure_angle(side: str) -> None
     found = made.flanks[0].flank(1.0).pressure_angle()[:, 4]
     assert found == pytest.approx(np.arccos(np.minimum(cosine, 1.0)), abs=1e-7)
     assert made.solid.sound
+
+
+def test_what_presses_the_plate_on_its_slide_is_told_by_hand() -> None:
+    made = plate(swing='kind = "swinging"\narm = 60\nstart_angle = -6\nside = "left"\ninertia = 0.01', rise=16,
+                 limits="drive_force_n = 900")  # fmt: skip
+    x, dx, ddx = crank(np.linspace(0.0, 2.0 * pi, 100_001))
+    s, slope, bend = (radians(16.0) / RISE * one for one in groove(x))
+    torque = 10.0 * OMEGA**2 * (bend * dx * dx + slope * ddx) + 12.0 * np.sign(slope * dx)
+    turned = radians(-6.0) + s
+    # The force on the roller is square to its way on the plate, and its lever about the pivot makes the torque.
+    along, across = 1.0 - 60.0 * np.sin(turned) * slope, 60.0 * np.cos(turned) * slope
+    pressed = torque * along / (60.0 * (across * np.sin(turned) + along * np.cos(turned)))
+    assert made.slide_drive.peak_across.value == pytest.approx(np.abs(pressed).max(), rel=1e-6)
+    (rubs,) = judge(made, ["drive-force"]).not_judged
+    assert (rubs.check, f"by up to {np.abs(pressed).max():.4g} N" in rubs.reason) == ("drive-friction", True)
+    # Where the drive's force is not judged itself, nothing is said of what it is without.
+    assert [word.check for word in judge(plate(), ["drive-force"]).not_judged] == ["drive-force"]
 
 
 def test_the_drives_force_has_two_sides_and_no_verdict_without_its_mass(model: Model) -> None:
