@@ -10,7 +10,8 @@ from camgeom.cams import idle, problem
 from camgeom.errors import Problem
 from camgeom.maths import Floats
 from camgeom.motion.program import Program
-from camgeom.track import Joint, Slide, Swing, Vector
+from camgeom.solid.mechanism import Mechanism
+from camgeom.track import Joint, Meridian, Slide, Swing, Track
 from camgeom.track.follower import AnyRoller, Setup, SphereRoller, SwingingFollower, TranslatingFollower
 
 Axial = TranslatingFollower | SwingingFollower
@@ -65,14 +66,38 @@ def heights(follower: Axial, program: Program) -> Floats:
     return np.asarray(lifts)
 
 
-def mount(follower: Axial, program: Program, height: float, dz: float = 0.0) -> tuple[Vector, Joint, float]:
-    """Anchor, joint and coordinate shift of a roller mounted dz above the trace point, at `height` at zero lift, mm."""
+def axial_track(
+    mechanism: Mechanism,
+    follower: Axial,
+    meridian: Meridian,
+    contact: tuple[float, float],
+    tip: float,
+    height: float,
+    name: str,
+    sides: tuple[float, ...] = (1.0, -1.0),
+    dz: float = 0.0,
+) -> Track:
+    """The track of a roller square to the cam axis, mounted dz above the trace point, at `height` at zero lift, mm."""
+    joint: Joint
     if isinstance(follower, TranslatingFollower):
-        return (0.0, 0.0, height + dz), Slide((0.0, 0.0, 1.0)), 0.0
-    start = radians(follower.start_angle)
-    distance = pivot_distance(follower, program)
-    z = height - follower.arm * sin(start)
-    return (0.0, distance - follower.arm, z + dz), Swing((-1.0, 0.0, 0.0), (0.0, distance, z)), start
+        anchor, joint, shift = (0.0, 0.0, height + dz), Slide((0.0, 0.0, 1.0)), 0.0
+    else:
+        shift = radians(follower.start_angle)
+        distance, z = pivot_distance(follower, mechanism.program), height - follower.arm * sin(shift)
+        anchor, joint = (0.0, distance - follower.arm, z + dz), Swing((-1.0, 0.0, 0.0), (0.0, distance, z))
+    return Track(
+        meridian=meridian,
+        joint=joint,
+        anchor=anchor,
+        axis=(1.0, 0.0, 0.0),
+        tip=tip,
+        contact=contact,
+        program=mechanism.program,
+        sense=mechanism.sense,
+        shift=shift,
+        name=name,
+        sides=sides,
+    )
 
 
 def pivot_distance(follower: SwingingFollower, program: Program) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from camgeom.cams import NO_GAPS, NO_RIB, ONE_WAY, REGULAR, Cam, idle, keyway_idle, problem, root_problems, sense_of
-from camgeom.cams._axial import arc_problems, axial_idle, ball_problems, grooved_contact, heights, mount, too_long
+from camgeom.cams._axial import arc_problems, axial_idle, axial_track, ball_problems, grooved_contact, heights, too_long
 from camgeom.errors import DesignError, Problem
 from camgeom.immutable import immutable
 from camgeom.keys import Clearance, Gap, Length
@@ -276,20 +276,7 @@ class CylindricalMechanism(Mechanism):
         tip = centre - 0.5 * roller.diameter if ball else low
 
         def at(dz: float, name: str, sides: tuple[float, ...] = (1.0, -1.0)) -> Track:
-            anchor, joint, shift = mount(self.follower, self.program, cam.start, dz)
-            return Track(
-                meridian=meridian,
-                joint=joint,
-                anchor=anchor,
-                axis=(1.0, 0.0, 0.0),
-                tip=tip,
-                contact=(low, high),
-                program=self.program,
-                sense=self.sense,
-                shift=shift,
-                name=name,
-                sides=sides,
-            )
+            return axial_track(self, self.follower, meridian, (low, high), tip, cam.start, name, sides, dz)
 
         if cam.form == "groove":
             return (at(0.0, "groove"),)

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field
 
 from camgeom.cams import NO_DRUM, NO_GAPS, ONE_WAY, SHARP, Cam, idle, keyway_idle, problem, sense_of
-from camgeom.cams._axial import arc_problems, axial_idle, beside, heights, mount, too_long
+from camgeom.cams._axial import arc_problems, axial_idle, axial_track, beside, heights, too_long
 from camgeom.cams._plate import bore_of, bore_problems
 from camgeom.errors import Problem
 from camgeom.immutable import immutable
@@ -312,20 +312,7 @@ class RingMechanism(Mechanism):
 
     def mounted(self, meridian: Meridian, tip: float, height: float, name: str, sides: tuple[float, ...]) -> Track:
         """The roller's track, its axis at `height` at zero lift, mm."""
-        anchor, joint, shift = mount(self.follower, self.program, height)
-        return Track(
-            meridian=meridian,
-            joint=joint,
-            anchor=anchor,
-            axis=(1.0, 0.0, 0.0),
-            tip=tip,
-            contact=self.contact,
-            program=self.program,
-            sense=self.sense,
-            shift=shift,
-            name=name,
-            sides=sides,
-        )
+        return axial_track(self, self.follower, meridian, self.contact, tip, height, name, sides)
 
     @property
     def aside(self) -> float:
