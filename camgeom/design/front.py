@@ -204,7 +204,7 @@ def judged(archive: Archive, measure: Measure, engine: Engine, count: int, said:
             known[i] = row
             said(len(known))
         room = _room(archive, known)
-        away = _away(archive, known, room)
+        away = _away(archive, known)
     return list(known.values())
 
 
@@ -286,7 +286,7 @@ def _room(archive: Archive, known: Mapping[int, Row]) -> Floats:
     return np.asarray(np.maximum(1.1 * kind.max(axis=0), 0.0))
 
 
-def _away(archive: Archive, known: Mapping[int, Row], room: Floats) -> Bools:
+def _away(archive: Archive, known: Mapping[int, Row]) -> Bools:
     """Points whose nearest judged one failed for what the search does not know of."""
     from scipy.spatial import cKDTree
 

@@ -42,7 +42,7 @@ def _draw_row(sheet: Sheet, chart: Parallel, columns: range, top: float) -> None
             sheet.add(Lines("line s4 quiet", (np.column_stack([at, y[i]]),)))
     sheet.add(Lines("line s0 chosen", (np.column_stack([at, y[chart.chosen]]),)))
     for x, i, scale in zip(at.tolist(), columns, scales):
-        _draw_axis(sheet, x, (low, high), chart.axes[i], scale, y)
+        _draw_axis(sheet, x, (low, high), chart.axes[i], scale)
 
 
 def _scale(axis: Axis, values: Floats) -> Ticks:
@@ -51,7 +51,7 @@ def _scale(axis: Axis, values: Floats) -> Ticks:
     return ticks(low, high, 5, unit=axis.unit, tight=axis.low is not None and axis.high is not None)
 
 
-def _draw_axis(sheet: Sheet, x: float, ends: tuple[float, float], axis: Axis, scale: Ticks, y: Floats) -> None:
+def _draw_axis(sheet: Sheet, x: float, ends: tuple[float, float], axis: Axis, scale: Ticks) -> None:
     low, high = ends
     sheet.line(x, low, x, high, "frame")
     for value, text in zip(scale.at.tolist(), scale.texts):

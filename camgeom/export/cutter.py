@@ -265,7 +265,7 @@ def _gcode_moves(path: Path, machining: Machining, tool_pass: Pass, inverse: boo
     last: Floats | None = None
     mode = ""
     for move, times in zip(tool_pass.moves, seconds(tool_pass.moves, machining.spec)):
-        table = in_degrees(machine, machine.solve(move.positions))
+        table = in_degrees(machine.solve(move.positions))
         if last is not None and move.kind != "rapid":
             # Every move counts its turns from nought; a tool in the cut must not go round once more.
             table[3:] += 360.0 * np.round((last[3:] - table[3:, :1]) / 360.0)

@@ -219,7 +219,7 @@ def _turned(vectors: Floats, angle: Floats) -> Floats:
     return np.stack([z.real, z.imag, vectors[2]])
 
 
-def in_degrees(machine: Machine, coordinates: Floats) -> Floats:
+def in_degrees(coordinates: Floats) -> Floats:
     """The coordinates with degrees in place of radians."""
     shown = coordinates.copy()
     shown[3:] = np.degrees(shown[3:])

@@ -155,12 +155,11 @@ def speed_classes(lowest_hz: float) -> SpeedClasses:
 
 @immutable
 class Campbell:
-    """Campbell diagram: speeds (s,) in r/min, harmonic lines (k, s) in Hz, bands (modes, 2) in Hz with their labels."""
+    """Campbell diagram: speeds (s,) in r/min, harmonic lines (k, s) in Hz, labels of the oscillating modes."""
 
     speed_rpm: Floats
     harmonics: npt.NDArray[np.int_]
     lines_hz: Floats
-    bands_hz: Floats
     labels: tuple[str, ...]
 
 
@@ -168,6 +167,5 @@ def campbell(found: Modes, speed_rpm: npt.ArrayLike, orders: int = 20) -> Campbe
     """Campbell diagram of the oscillating modes over input speeds (s,) in r/min."""
     speeds = np.atleast_1d(np.asarray(speed_rpm, dtype=float))
     harmonics = np.arange(1, orders + 1)
-    kept = [mode for mode in found.modes if mode.oscillates]
-    bands = np.array([[mode.frequency_hz().min(), mode.frequency_hz().max()] for mode in kept])
-    return Campbell(speeds, harmonics, harmonics[:, None] * speeds / 60.0, bands, tuple(mode.label for mode in kept))
+    labels = tuple(mode.label for mode in found.modes if mode.oscillates)
+    return Campbell(speeds, harmonics, harmonics[:, None] * speeds / 60.0, labels)

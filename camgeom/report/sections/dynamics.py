@@ -57,7 +57,7 @@ def dynamics(model: Model) -> tuple[Block, ...]:
     if model.indexing is not None:
         from camgeom.report.sections.indexing import indexing
 
-        blocks += indexing(model.indexing, program)
+        blocks += indexing(model.indexing)
     if model.elastic_follower is not None:
         blocks += elastic(model.elastic_follower, program, rotating)
     if carried := dynamic_duty_data(model):

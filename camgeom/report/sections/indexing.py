@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from camgeom.dynamics.indexing.modes import Mode, Modes
     from camgeom.dynamics.indexing.study import IndexingStudy
     from camgeom.dynamics.indexing.system import DriveResponse
-    from camgeom.motion.program import Program
 
 ORDERS = (1, 2, 3, 4, 6, 8, 12, 16, 24)
 """harmonics of the turn drawn in the Campbell diagram"""
@@ -41,7 +40,7 @@ HIGH = 3.0
 RAD = 30.0 / pi
 
 
-def indexing(study: IndexingStudy, program: Program) -> tuple[Block, ...]:
+def indexing(study: IndexingStudy) -> tuple[Block, ...]:
     """All about an indexing drive at its working speed; the sweep where one was asked for."""
     found, response, speed = study.modes, study.steady, study.speed * RAD
     blocks: list[Block] = [*frequencies(found), torsion(found), campbell_chart(found, speed), over_turn(response)]
