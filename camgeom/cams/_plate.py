@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from math import acos, atan2, cos, degrees, pi, sin
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,10 +15,12 @@ from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid, refined_maximum
 from camgeom.motion.program import Program
 from camgeom.solid.blank import Bore, Wall
-from camgeom.solid.prism import Loop
 from camgeom.track import Joint, Meridian, Slide, Swing, Track, Vector
 from camgeom.track.follower import AnyRoller, ConeRoller, CrownedRoller
 from camgeom.track.outline import CircleOutline, Outline
+
+if TYPE_CHECKING:
+    from camgeom.solid.prism import Loop
 
 
 @immutable(eq=True)
@@ -231,6 +234,8 @@ def mark_loops(diameter: float, radius: float, sense: float) -> tuple[Loop, ...]
     """A phase mark: a hole through the disc on the side where the follower's line lies a quarter turn later."""
     if not diameter:
         return ()
+    from camgeom.solid.prism import Loop
+
     return (Loop(CircleOutline(0.5 * diameter, (0.0, -sense * radius)), "mark"),)
 
 

@@ -55,12 +55,12 @@ from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Wall
 from camgeom.solid.mechanism import Drive, Measure, Mechanism
-from camgeom.solid.prism import FaceGroove, GroovedPlate, Loop, Prism
 from camgeom.track import Joint, Meridian, Straight, Track, Vector
 from camgeom.track.follower import AnyRoller, ConeRoller, Setup, SwingingFollower, TranslatingFollower
 from camgeom.track.outline import CircleOutline, FaceOutline, FlatFace, Outline, RollerOutline
 
 if TYPE_CHECKING:
+    from camgeom.solid.prism import FaceGroove, Loop
     from camgeom.track.sliding import Slider
     from camgeom.track.touch import Touch
 
@@ -132,6 +132,7 @@ class Disc(Cam):
     def joined(self, mechanisms: Sequence[Mechanism]) -> tuple[Part, ...]:
         """The disc with all of its tracks."""
         from camgeom.cams._faces import plate_of
+        from camgeom.solid.prism import Loop
 
         discs = [one for one in mechanisms if isinstance(one, DiscMechanism)]
         grooves = {f"groove {k}": one.face_groove for k, one in enumerate(discs, 1) if one.face_groove is not None}
@@ -406,6 +407,8 @@ class DiscMechanism(Mechanism):
     @cached_property
     def flanks(self) -> tuple[Loop, Loop]:
         """The profile or inner flank, and a groove's outer flank."""
+        from camgeom.solid.prism import Loop
+
         return Loop(self.profile, "flank"), Loop(self.outlines.get("outer flank", self.profile), "flank")
 
     @cached_property
@@ -455,6 +458,8 @@ class DiscMechanism(Mechanism):
     @cached_property
     def parts(self) -> tuple[Part, ...]:
         """The disc, or the plate with its face groove."""
+        from camgeom.solid.prism import GroovedPlate, Loop, Prism
+
         cam = self.cam
         if cam.form == "external":
             return (Prism("cam", self.flanks[0], 0.0, cam.width, (), self.bore),)
@@ -474,6 +479,8 @@ class DiscMechanism(Mechanism):
         """The groove in a face; None of an external profile."""
         if self.cam.form == "external":
             return None
+        from camgeom.solid.prism import FaceGroove
+
         return FaceGroove(*self.flanks, self._floor, self._mouth, self.root_radius)
 
 
@@ -504,6 +511,8 @@ class ConicalDiscMechanism(DiscMechanism):
     @cached_property
     def flanks(self) -> tuple[Loop, Loop]:
         """The profile or inner flank, and a groove's outer flank."""
+        from camgeom.solid.prism import Loop
+
         inner, outer = ([RollerOutline(self.pitch, way * r) for r in self._radii] for way in (-1.0, 1.0))
         return Loop(inner[0], "flank", inner[1]), Loop(outer[0], "flank", outer[1])
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,9 @@ import numpy.typing as npt
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
-from camgeom.maths.mesh import Mesh
+
+if TYPE_CHECKING:
+    from camgeom.maths.mesh import Mesh
 
 Mask = npt.NDArray[np.bool_]
 TOOL = ("flank", "edge", "root", "floor", "back", "cap")

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from math import asin, atan2, ceil, cos, hypot, pi, sin, sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from camgeom.errors import Problem
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
-from camgeom.maths.mesh import Mesh
-from camgeom.solid.builder import Builder, Index, cap
+
+if TYPE_CHECKING:
+    from camgeom.maths.mesh import Mesh
+    from camgeom.solid.builder import Builder, Index
 
 
 @immutable(eq=True)
@@ -142,6 +145,8 @@ class Blank:
 
     def mesh(self, tolerance: float) -> Mesh:
         """Watertight mesh of the blank within tolerance, groups named by face."""
+        from camgeom.solid.builder import Builder
+
         share = self.share * tolerance
         rz, names = self.sections(share)
         largest = float(rz[:, 0].max())
@@ -246,6 +251,8 @@ def close_ends(
             fan = np.stack([np.broadcast_to(hub, ring.shape), ring, nxt], axis=1)
             builder.faces(fan[:, ::-1] if flip else fan, "end")
         return 0.0
+    from camgeom.solid.builder import cap
+
     low, high, outline = bore_walls(builder, bore, z0, z1, tolerance)
     for ring, hole, up in ((bottom, low, False), (top, high, True)):
         cap(builder, [ring, hole[::-1]], [builder.points(ring)[:, :2], outline[::-1]], "end", up)
