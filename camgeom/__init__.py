@@ -23,7 +23,7 @@ if TYPE_CHECKING:
         ProfileError,
     )
     from camgeom.motion import LAWS, Claims, Parameter, Piece
-    from camgeom.motion.law import law
+    from camgeom.motion.catalogue import law
     from camgeom.report.files import encode, to_build123d, write
     from camgeom.seat import Model, read
     from camgeom.seat.variants import study
@@ -59,7 +59,7 @@ _HOME = {
     "to_build123d": "camgeom.report.files",
     "study": "camgeom.seat.variants",
     "LAWS": "camgeom.motion",
-    "law": "camgeom.motion.law",
+    "law": "camgeom.motion.catalogue",
     "Claims": "camgeom.motion",
     "Parameter": "camgeom.motion",
     "Piece": "camgeom.motion",

@@ -17,8 +17,9 @@ from camgeom.immutable import immutable
 from camgeom.keys import Clearance, Length
 from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
-from camgeom.motion.law import LAWS
-from camgeom.motion.program import Program, Segment
+from camgeom.motion.catalogue import LAWS
+from camgeom.motion.program import Program
+from camgeom.motion.segment import Segment
 from camgeom.solid import Part
 from camgeom.solid.blank import Wall
 from camgeom.solid.mechanism import Drive, Mechanism

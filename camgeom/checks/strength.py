@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 from camgeom.checks import LIFTED, Need, check, judged_lives, judged_pressure, no_stress, solved
 from camgeom.checks.verdict import Finding, NotJudged, judged, life_told
-from camgeom.mechanics.material import CASE_SHARE, CONTACT_CYCLES, CONTACT_LIMIT, Material, hardness_bound
+from camgeom.mechanics.hardness import CONTACT_CYCLES, CONTACT_LIMIT, hardness_bound
+from camgeom.mechanics.material import CASE_SHARE, Material
 
 if TYPE_CHECKING:
     from camgeom.mechanics.duty import Duty

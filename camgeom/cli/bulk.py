@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import csv
 import io
-import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
@@ -16,14 +15,13 @@ import numpy as np
 
 from camgeom.cli import Console
 from camgeom.cli.model import output_folder, refuse_unwritable
-from camgeom.cli.study import SHOWN, summary, write_page
 from camgeom.cli.study_page import MOST_ROWS
+from camgeom.cli.study_told import SHOWN, tell, write_page
 from camgeom.design.bulk import Bulk
 from camgeom.design.engine import Alone, Cluster, Engine, Pace
 from camgeom.design.parts import Parts, pyarrow, read_rows
 from camgeom.design.study import Row, Study
 from camgeom.errors import CamgeomError
-from camgeom.report.delivery import finite
 
 SMALL = 20_000
 """rows that take less time here than worker processes take to begin"""
@@ -55,17 +53,7 @@ def run(arguments: argparse.Namespace, console: Console, bulk: Bulk, engine: Eng
         record["not_judged"] = left_open
     rows = [_row(study, record) for record in shown]
     files = [table, write_page(study, rows[:MOST_ROWS], name, folder / "study.html", table.name, counts, bulk.figures)]
-    if arguments.json:
-        varied = {one.key: list(one.values) for one in bulk.plan.axes}
-        by = {"computed_by": "batch", "because": SAID}
-        result = {"name": name, **by, "varied": varied, "rows": shown, "files": [str(file) for file in files]}
-        console.out(json.dumps(finite(result), indent=2, allow_nan=False))
-    else:
-        for line in summary(study, rows[: SHOWN + 1], shown, counts):
-            console.out(line)
-        console.out(f"  computed by the batch: {SAID}")
-        for file in files:
-            console.out(f"  wrote {file}")
+    tell(console, arguments.json, study, name, rows[: SHOWN + 1], shown, files, ("batch", SAID), counts)
     return 0 if counts["pass"] or counts["warn"] else 1
 
 

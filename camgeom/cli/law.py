@@ -16,7 +16,8 @@ import numpy as np
 from camgeom.cli import Console, UsageError, aligned, number, number_in, whole
 from camgeom.cli.model import refuse_nameless, refuse_unwritable
 from camgeom.errors import Problem, ProfileError
-from camgeom.motion.law import LAWS, Ends
+from camgeom.motion.catalogue import LAWS
+from camgeom.motion.law import Ends
 
 if TYPE_CHECKING:
     from camgeom.drawing.content import Chart, Page

@@ -1,20 +1,20 @@
-"""`camgeom study`: a table of variants as CSV, a page with a plot, and a short summary."""
+"""`camgeom study`: who computes the rows, and the rows of the exact model as CSV or Parquet."""
 
 from __future__ import annotations
 
 import argparse
 import csv
 import io
-import json
-from collections import Counter
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from camgeom.cli import Console, UsageError, aligned, number, whole
+from camgeom.cli import Console, UsageError, whole
+from camgeom.cli.bulk import run as run_bulk
 from camgeom.cli.model import names, output_folder, refuse_nameless, refuse_unwritable
-from camgeom.cli.study_page import PLOTTED, cell, left_open, page, word
+from camgeom.cli.study_page import PLOTTED
+from camgeom.cli.study_told import FIGURES, followers_of, tell, write_page
 from camgeom.design.batch import LEVELS
 from camgeom.design.bulk import Bulk
 from camgeom.design.engine import Cluster, Engine, Pace, local
@@ -22,42 +22,8 @@ from camgeom.design.parts import Parts, read_rows
 from camgeom.design.sampling import DRAWN, Plan, sample, tie
 from camgeom.design.study import Row, Study, axis, columns, refuse_unsolved
 from camgeom.errors import Problem, ProfileError
-from camgeom.report.delivery import finite
 from camgeom.report.measured import asked, measure, of_followers
 from camgeom.report.result import PRODUCTS
-
-SHOWN = 20
-"""rows shown on the terminal; the CSV file has all"""
-
-
-FIGURES = (
-    "flank.max_pressure_angle_deg",
-    "flank.undercut_margin",
-    "contact.peak_pressure_mpa",
-    "contact.peak_slice_pressure_mpa",
-    "contact.contact_length_mm",
-    "together.peak_pressure_mpa",
-    "together.peak_torque_n_m",
-    "together.least_life_h",
-    "fatigue.roller_life_h",
-    "fatigue.roller_slice_life_h",
-    "fatigue.face_life_h",
-    "cutter.most_rest_mm",
-    "cutter.least_rest_mm",
-    "dynamics.amplification",
-    "dynamics.duty.peak_pressure_mpa",
-    "dynamics.duty.roller_life_h",
-    "dynamics.camshaft_torque_n_m",
-    "dynamics.duty.peak_drive_force_n",
-    "dynamics.output_torque_n_m",
-    "dynamics.start_duty.peak_pressure_mpa",
-    "dynamics.impact.worst_pressure_mpa",
-    "dynamics.impact.duty.roller_life_h",
-    "dynamics.impact.duty.peak_torque_n_m",
-    "dynamics.impact.over_turns.peak_acceleration_rad_s2.mean",
-    "dynamics.impact.over_turns.peak_acceleration_m_s2.mean",
-)
-"""columns shown on the terminal"""
 
 
 def run(arguments: argparse.Namespace, console: Console) -> int:
@@ -81,8 +47,6 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         text = f"the exact model computes the rows ({why})" if why is not None else "is of indexers alone"
         raise UsageError(f"--pressure-error: {text}")
     if why is None:
-        from camgeom.cli.bulk import run as run_bulk
-
         return run_bulk(arguments, console, bulk, engine_of(arguments))
     refuse_unsolved(data, axes)
     measured = partial(measure, products=products, checks=checks)
@@ -106,17 +70,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     status = 0 if any(row.verdict in ("pass", "warn") for row in rows) else 1
     if absent := [key for key in figures if not any(key in row.figures for row in rows)]:
         console.err(f"camgeom study: no variant has the figure {', '.join(absent)}")
-    if arguments.json:
-        varied = {one.key: list(one.values) for one in axes}
-        by = {"computed_by": "exact model", "because": why}
-        result = {"name": name, **by, "varied": varied, "rows": table, "files": [str(file) for file in files]}
-        console.out(json.dumps(finite(result), indent=2, allow_nan=False))
-        return status
-    for line in summary(study, rows, table):
-        console.out(line)
-    console.out(f"  computed by the exact model: {why}")
-    for file in files:
-        console.out(f"  wrote {file}")
+    tell(console, arguments.json, study, name, rows, table, files, ("exact model", why))
     return status
 
 
@@ -183,18 +137,13 @@ def streamed(
         parts.write(piece, columns(study, rows))
         console.progress(pace.after(len(piece)))
     console.progress("")
-    usual = of_followers((*FIGURES, *(key for key, _, _ in PLOTTED)), _followers(study))
+    usual = of_followers((*FIGURES, *(key for key, _, _ in PLOTTED)), followers_of(study))
     shown = {"verdict", "reason", "not_judged", *usual, *figures}
     records = read_rows(parts.join(), None if whole else shown)
     aside = {"verdict", "reason", *(one.key for one in study.varied)}
     measured = ({key: value for key, value in record.items() if key not in aside} for record in records)
     values = study.values(range(len(study)))
     return [Row(v, f, r["verdict"], r["reason"]) for v, f, r in zip(values, measured, records)]
-
-
-def _followers(study: Study) -> int:
-    """How many followers its variants have."""
-    return 1 + len(study.data.get("track") or study.data.get("station") or ())
 
 
 def as_table(study: Study, rows: list[Row]) -> list[dict[str, Any]]:
@@ -219,39 +168,3 @@ def write_csv(table: list[dict[str, Any]], path: Path) -> Path:
     writer.writerows({key: "" if value is None else value for key, value in record.items()} for record in table)
     write_whole(path, text.getvalue())
     return path
-
-
-def write_page(
-    study: Study,
-    rows: list[Row],
-    name: str,
-    path: Path,
-    table: str = "study.csv",
-    counts: Counter[str] | None = None,
-    figures: Sequence[str] = (),
-) -> Path:
-    """The page with the plots; the file appears whole or not at all."""
-    from camgeom.export.files import write_whole
-    from camgeom.report.page import render
-
-    text = render(page(study, rows, name, table, counts, figures))
-    write_whole(path, text)
-    return path
-
-
-def summary(
-    study: Study, rows: list[Row], table: list[dict[str, Any]], counts: Counter[str] | None = None
-) -> list[str]:
-    """How many variants there are of each verdict (`counts` where `rows` are the first alone), and the first of them.
-    """
-    counts = counts or Counter(row.verdict for row in rows)
-    total = sum(counts.values())
-    told = ", ".join(f"{count} {word(verdict, rows)}" for verdict, count in counts.items())
-    lines = [f"{total} variants: {told}"]
-    if open_ := left_open(rows):
-        lines.append(f"  not judged here: {', '.join(open_)}; `camgeom check` judges a variant whole")
-    columns = [one.key for one in study.varied] + ["verdict"]
-    columns += [key for key in of_followers(FIGURES, _followers(study)) if key in table[0]] + ["reason"]
-    cells = [[number(cell(key, record[key]))[:60] for key in columns] for record in table[:SHOWN]]
-    lines += [f"  {line}" for line in aligned([columns, *cells])]
-    return lines if total <= SHOWN else [*lines, f"  and {total - SHOWN} more in the file"]

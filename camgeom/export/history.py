@@ -17,7 +17,7 @@ import numpy as np
 from camgeom.errors import ExportError, not_installed
 from camgeom.export import writer
 from camgeom.export.files import write_csv, write_whole
-from camgeom.maths import Floats
+from camgeom.maths import TURN, Floats
 
 if TYPE_CHECKING:
     from camgeom.dynamics.impact.run import ImpactRun
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
 STEP = 0.25
 """deg of cam angle between rows"""
-TURN = 2.0 * pi
 Columns = dict[str, Floats]
 
 

@@ -11,22 +11,13 @@ import numpy as np
 from camgeom.errors import DesignError, ProfileError
 from camgeom.machining.contour import HALVINGS, PER_TURN, TOUCHING, ContourPath
 from camgeom.machining.machine import Machine, Way
-from camgeom.machining.path import (
-    CentrePath,
-    FlankPath,
-    Positions,
-    SidePath,
-    ToolPath,
-    cosine_of,
-    depth_of,
-    roller_at,
-    wall_ends,
-)
+from camgeom.machining.path import CentrePath, FlankPath, Positions, SidePath, ToolPath
 from camgeom.machining.plan import SHARE, Hollow, Machining, quarter
 from camgeom.machining.plate import plate_machining
 from camgeom.machining.rows import RowPath, Rows, rows
-from camgeom.machining.spec import LEAST, SAME, CutterSpec, slope_to_tip
+from camgeom.machining.spec import LEAST, CutterSpec
 from camgeom.machining.tool import Tool, tool_of
+from camgeom.machining.wall import SAME, cosine_of, depth_of, roller_at, slope_to_tip, wall_ends
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
 from camgeom.solid import Part

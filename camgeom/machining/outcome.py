@@ -9,13 +9,13 @@ from typing import Any, final
 from camgeom.errors import DesignError
 from camgeom.immutable import immutable
 from camgeom.machining.contour import ContourPath
-from camgeom.machining.path import AlongTrack, CentrePath, FlankPath, ToolPath, cosine_of, roller_at, wall_ends
+from camgeom.machining.path import AlongTrack, CentrePath, FlankPath, ToolPath
 from camgeom.machining.plan import Machining, seconds
 from camgeom.machining.plate import PlatePath
 from camgeom.machining.rest import RestExtreme, RestField, extreme_of
 from camgeom.machining.rows import RowPath
-from camgeom.machining.spec import SAME, is_radial, narrowest
 from camgeom.machining.tool import Tool
+from camgeom.machining.wall import SAME, cosine_of, is_radial, narrowest, roller_at, wall_ends
 from camgeom.maths.frozen import cached_property
 from camgeom.track import Straight, Track
 from camgeom.track.runout import Within

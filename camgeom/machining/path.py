@@ -15,10 +15,11 @@ import numpy as np
 
 from camgeom.immutable import immutable
 from camgeom.machining.spec import AxisRule, WayOfPath
+from camgeom.machining.wall import cosine_of, depth_of, roller_at, up_of, wall_ends
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import cross, dot
-from camgeom.track import TURN, Pose, Straight, Track
+from camgeom.track import TURN, Pose, Track
 from camgeom.track.flank import Flank
 
 
@@ -111,28 +112,6 @@ class ToolPath(Protocol):
         """By identity."""
 
 
-def up_of(track: Track) -> float:
-    """+1 where the spindle stands at larger delta."""
-    return -track.tip_sign
-
-
-def wall_ends(track: Track) -> tuple[float, float]:
-    """Meridian parameters of the cut wall: at its foot (a ball's contact: its lower end) and at the top."""
-    top = track.contact[0] if track.tip_sign > 0.0 else track.contact[1]
-    foot = track.foot
-    t = track.meridian.parameter(foot)
-    if abs(abs(t) - 0.25 * TURN) < 1e-9:
-        foot = track.contact[1] if track.tip_sign > 0.0 else track.contact[0]
-        t = track.meridian.parameter(foot)
-    return t, track.meridian.parameter(top)
-
-
-def depth_of(track: Track) -> float:
-    """Depth of the cut along the roller, from the tool's end to the top of the contact, mm."""
-    top = track.contact[0] if track.tip_sign > 0.0 else track.contact[1]
-    return abs(top - track.tip)
-
-
 def knots_from(track: Track, start: float) -> Floats:
     """Knots of a closed track over the turn that begins at the cam angle start (rad); of an open one its own."""
     knots = track.knots()
@@ -146,18 +125,6 @@ def round_from(knots: Floats, begin: float, whole: float) -> Floats:
     shifted = np.concatenate([knots, knots[1:] + whole])
     inside = shifted[(shifted > begin + 1e-12) & (shifted < begin + whole - 1e-12)]
     return np.concatenate([[begin], inside, [begin + whole]])
-
-
-def roller_at(track: Track, t: float) -> tuple[float, float]:
-    """Height along the roller and its radius there, mm, at a meridian parameter."""
-    delta, _, _, radius, _, _ = track.meridian.jet(np.array([t]))
-    return float(delta[0]), float(radius[0])
-
-
-def cosine_of(track: Track) -> float:
-    """Cosine of a cone's half angle; 1 of other rollers."""
-    meridian = track.meridian
-    return 1.0 / float(np.hypot(1.0, meridian.slope)) if isinstance(meridian, Straight) else 1.0
 
 
 def flank_name(track: Track, side: float) -> str:

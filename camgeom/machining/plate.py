@@ -11,8 +11,9 @@ from camgeom.machining.contour import ContourPath
 from camgeom.machining.machine import Machine
 from camgeom.machining.path import CentrePath, Positions, ToolPath
 from camgeom.machining.plan import Machining
-from camgeom.machining.spec import LEAST, SAME, CutterSpec
+from camgeom.machining.spec import LEAST, CutterSpec
 from camgeom.machining.tool import tool_of
+from camgeom.machining.wall import SAME
 from camgeom.maths import Floats
 from camgeom.solid.mechanism import Mechanism
 from camgeom.solid.pocket import EdgePlate, PocketPlate

@@ -9,7 +9,8 @@ import numpy as np
 
 from camgeom.errors import DesignError, NotConverged
 from camgeom.immutable import immutable
-from camgeom.machining.path import AlongTrack, Positions, cosine_of, flank_name, roller_at, travel_of, up_of, wall_ends
+from camgeom.machining.path import AlongTrack, Positions, flank_name, travel_of
+from camgeom.machining.wall import cosine_of, roller_at, up_of, wall_ends
 from camgeom.maths import Floats, distinct
 from camgeom.maths.surface import dot
 from camgeom.track import Track

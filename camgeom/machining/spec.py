@@ -9,7 +9,8 @@ from pydantic import Field
 
 from camgeom.errors import Problem
 from camgeom.keys import Degrees, Gap, Length, Section
-from camgeom.track import Arc, Slide, Straight, Track
+from camgeom.machining.wall import SAME, is_radial, leans, narrowest, roller_at, slope_to_tip, wall_ends
+from camgeom.track import Track
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,8 +21,6 @@ Kind = Literal["roller", "flat", "ball", "wheel"]
 WayOfPath = Literal["flank", "centre", "shifted"]
 AxisRule = Literal["roller", "fitted", "radial"]
 
-SAME = 1e-9
-"""mm; sizes that differ by less are equal"""
 LEAST = 1e-6
 """mm; a smaller arc, or less room beside a tool in its groove, is none"""
 
@@ -131,8 +130,6 @@ class CutterSpec(Section):
 
     def _half(self, track: Track) -> float:
         """Largest radius of a tool that goes once down the middle of a groove, mm: of a taper at its end."""
-        from camgeom.machining.path import roller_at, wall_ends
-
         place = track.meridian.parameter(track.tip) if self.half_angle else 0.5 * sum(wall_ends(track))
         return roller_at(track, place)[1]
 
@@ -294,16 +291,6 @@ class CutterSpec(Section):
         return [Problem("cutter.diameter", "the tool does not go into the groove", self.diameter, room)]
 
 
-def slope_to_tip(track: Track) -> float:
-    """By how much a roller gets narrower per mm towards its free end; 0 but for a cone."""
-    return -track.tip_sign * track.meridian.slope if isinstance(track.meridian, Straight) else 0.0
-
-
-def leans(track: Track) -> bool:
-    """True for the flank of a disc that a conical roller runs on."""
-    return track.upright and slope_to_tip(track) != 0.0
-
-
 def leaning(mechanism: Mechanism) -> bool:
     """True of a disc, or a pair, with such a flank."""
     return mechanism.blank is None and not _shares(mechanism) and any(map(leans, mechanism.tracks))
@@ -314,27 +301,6 @@ def _shares(mechanism: Mechanism) -> bool:
     from camgeom.solid.mechanism import Drive
 
     return mechanism.blank is None and mechanism.drive is Drive.SHARED
-
-
-def narrowest(track: Track) -> float:
-    """Smallest radius of a roller over its contact, mm; of a ball its own."""
-    import numpy as np
-
-    low, high = (track.meridian.parameter(d) for d in track.contact)
-    radii = track.meridian.jet(np.linspace(low, high, 33))[3]
-    return float(radii.max() if is_ball(track) else radii.min())
-
-
-def is_ball(track: Track) -> bool:
-    """True for a spherical roller."""
-    meridian = track.meridian
-    return isinstance(meridian, Arc) and abs(meridian.arc - meridian.radius) <= SAME * meridian.radius
-
-
-def is_radial(track: Track) -> bool:
-    """True where the roller's axis always meets the cam's at a right angle (a drum with a sliding follower)."""
-    along = isinstance(track.joint, Slide) and track.joint.direction == (0.0, 0.0, 1.0)
-    return along and track.axis == (1.0, 0.0, 0.0) and track.anchor[1] == 0.0
 
 
 def _problem(key: str, value: object, allowed: str) -> Problem:

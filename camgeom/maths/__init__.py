@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
+from math import pi
 from typing import TypeVar
 
 import numpy as np
@@ -15,6 +16,8 @@ import numpy.typing as npt
 
 from camgeom.errors import NotConverged
 
+TURN = 2.0 * pi
+"""rad"""
 Floats = npt.NDArray[np.float64]
 """An array of floats, of any shape."""
 Number = TypeVar("Number", np.float64, np.int32, np.int64, np.intp)

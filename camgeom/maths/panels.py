@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from camgeom.errors import NotConverged
 from camgeom.immutable import immutable
+from camgeom.maths import TURN as TURN
 from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import bracketed_root
 from camgeom.maths.frozen import cached_property
@@ -23,7 +24,6 @@ from camgeom.maths.frozen import cached_property
 Ints = NDArray[np.intp]
 
 POINTS = 12
-TURN = 2.0 * np.pi
 SMALLEST_PANEL = 1e-9
 """rad; edges closer than this are taken as one"""
 NEAR = 0.05

@@ -12,7 +12,7 @@ column c stands at theta[c mod N] + 2 pi (c div N), with N intervals a round.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import floor, pi
+from math import floor
 from typing import Protocol
 
 import numpy as np
@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from camgeom.errors import NotConverged
 from camgeom.immutable import immutable
-from camgeom.maths import Floats, distinct
+from camgeom.maths import TURN, Floats, distinct
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import cross, dot
 
@@ -31,7 +31,6 @@ Mask = npt.NDArray[np.bool_]
 Rows = Callable[[Floats, Counts], Floats]
 """(phi (n,), cells across each band) -> points (3, n, 1 + sum(counts)); band b spans counts[b] cells."""
 
-TURN = 2.0 * pi
 FILL = 0.96
 """aim of the knots as a share of the tolerance, so that third-order terms stay inside it"""
 ACROSS = 0.7

@@ -17,7 +17,7 @@ from pydantic import Field
 from camgeom.errors import did_you_mean
 from camgeom.immutable import immutable
 from camgeom.keys import Section
-from camgeom.mechanics.material import CONTACT_CYCLES, STEEL_MODULUS, hardness_bound
+from camgeom.mechanics.hardness import CONTACT_CYCLES, STEEL_MODULUS, hardness_bound
 
 SOURCE = "T/WLJC 15-2018"
 POISSON = 0.3

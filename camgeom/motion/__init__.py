@@ -10,13 +10,15 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from camgeom.motion.law import LAWS, Claims, Ends, Parameter, make
-    from camgeom.motion.program import Program, Segment
+    from camgeom.motion.catalogue import LAWS, make
+    from camgeom.motion.law import Claims, Ends, Parameter
+    from camgeom.motion.program import Program
+    from camgeom.motion.segment import Segment
     from camgeom.motion.table import Piece
 
 __all__ = ["LAWS", "Claims", "Ends", "Parameter", "Piece", "Program", "Segment", "make"]
 
-_HOME = {"Program": "program", "Segment": "program", "Piece": "table"}
+_HOME = {"Program": "program", "Segment": "segment", "Piece": "table", "LAWS": "catalogue", "make": "catalogue"}
 
 
 def __getattr__(name: str) -> Any:

@@ -14,10 +14,11 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import NotConverged
-from camgeom.maths import Floats, distinct
+from camgeom.maths import TURN, Floats, distinct
 from camgeom.maths.extremum import bracketed_root
 from camgeom.motion.law import ORDER_LIMIT
-from camgeom.motion.program import TURN, Program, Segment, Span
+from camgeom.motion.program import Program
+from camgeom.motion.segment import Segment, Span
 from camgeom.motion.table import JUMP_TOLERANCE, LEAST_JUMP, Piece
 
 DEGREE = 17

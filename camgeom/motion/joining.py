@@ -9,9 +9,10 @@ from itertools import pairwise
 import numpy as np
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.maths import Floats
-from camgeom.motion.law import LAWS, Ends, LawEntry, ParamValue
-from camgeom.motion.program import TURN, Segment, Span
+from camgeom.maths import TURN, Floats
+from camgeom.motion.catalogue import LAWS
+from camgeom.motion.law import Ends, LawEntry, ParamValue
+from camgeom.motion.segment import Segment, Span
 
 HIGHEST = 3
 """Derivatives that can be carried over: velocity, acceleration, jerk."""

@@ -8,7 +8,8 @@ from fractions import Fraction
 from itertools import pairwise
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.motion.law import Claims, Parameter, law
+from camgeom.motion.catalogue import law
+from camgeom.motion.law import Claims, Parameter
 from camgeom.motion.table import Piece
 
 NORTON = "R. L. Norton, Cam Design and Manufacturing Handbook, 2nd ed., Industrial Press 2009"

@@ -10,7 +10,8 @@ import math
 from collections.abc import Sequence
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.motion.law import Claims, Parameter, law
+from camgeom.motion.catalogue import law
+from camgeom.motion.law import Claims, Parameter
 from camgeom.motion.laws_basic import CYCLOID, HARMONIC
 from camgeom.motion.table import Piece
 

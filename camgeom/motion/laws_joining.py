@@ -15,7 +15,8 @@ import numpy as np
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
 from camgeom.maths.splines import Basis, clamped
-from camgeom.motion.law import Ends, Parameter, ParamValue, law
+from camgeom.motion.catalogue import law
+from camgeom.motion.law import Ends, Parameter, ParamValue
 from camgeom.motion.laws_basic import CUBIC, QUINTIC, SEPTIC
 from camgeom.motion.measured import check_rise, end_control, fit, read_rows, to_pieces
 from camgeom.motion.table import Piece

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from camgeom.errors import NotConverged, Problem, ProfileError
-from camgeom.motion.law import Claims, Ends, Parameter, law
+from camgeom.motion.catalogue import law
+from camgeom.motion.law import Claims, Ends, Parameter
 from camgeom.motion.optimal.wish import AIMS, Aim, Wish
 from camgeom.motion.table import Piece
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple, final
 
@@ -12,57 +12,21 @@ import numpy.typing as npt
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.immutable import immutable
+from camgeom.maths import TURN as TURN
 from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
-from camgeom.motion.law import LAWS, ORDER_LIMIT, Ends, ParamValue, freeze, lowest_jump, unknown_law
+from camgeom.motion.catalogue import LAWS, unknown_law
+from camgeom.motion.law import ORDER_LIMIT, Ends, lowest_jump
+from camgeom.motion.segment import Segment, Span
 from camgeom.motion.table import Peak, Piece, PieceTable, Side
 
 if TYPE_CHECKING:
     from camgeom.motion.optimal.best import Best
 
-TURN = 2.0 * math.pi
 LEAST_WIDTH = math.radians(1e-9)
 MOST_LIFT = 1e5
 ANGLE_SLIP = 1e-9
 """rad; an end this near to a full turn is the full turn"""
-
-
-@final
-@immutable(eq=True)
-class Segment:
-    """One segment of a program: where it ends (cam angle, rad) and the position it reaches there (mm or rad).
-
-    Without `to` it dwells. `params` are the law's parameters, a mapping or pairs. `velocity`, `acceleration` and `jerk`
-    (lift per rad, rad², rad³) fix the state at its end, where a joining law such as "polynomial" takes them over.
-    """
-
-    until: float
-    to: float | None = None
-    law: str | None = None
-    params: Mapping[str, ParamValue] | tuple[tuple[str, ParamValue], ...] = ()
-    velocity: float | None = None
-    acceleration: float | None = None
-    jerk: float | None = None
-
-    def __post_init__(self) -> None:
-        pairs = self.params.items() if isinstance(self.params, Mapping) else self.params
-        object.__setattr__(self, "params", tuple((str(key), freeze(value)) for key, value in pairs))
-
-    @property
-    def dwells(self) -> bool:
-        """Whether the follower stands still."""
-        return self.to is None
-
-
-class Span(NamedTuple):
-    """A segment in its place: cam angles (rad) and positions (mm or rad) at both ends, and what moves it there."""
-
-    start: float
-    end: float
-    before: float
-    after: float
-    law: str
-    """the law's name; "dwell" where the follower stands"""
 
 
 class Jump(NamedTuple):

@@ -10,8 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from camgeom.errors import Problem, ProfileError, did_you_mean
-from camgeom.motion.law import LAWS, Ends, LawEntry, entry
-from camgeom.motion.program import Program, Segment
+from camgeom.motion.catalogue import LAWS, entry
+from camgeom.motion.law import Ends, LawEntry
+from camgeom.motion.program import Program
+from camgeom.motion.segment import Segment
 from camgeom.profile.errors import UNKNOWN, Sections, choice_problem, keys_of, plain
 from camgeom.profile.sections import MotionSegment
 from camgeom.profile.text import beside

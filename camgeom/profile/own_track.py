@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any, final
+from typing import TYPE_CHECKING, Annotated, Any, cast, final
 
 from pydantic import Field, SerializeAsAny
 
@@ -59,10 +59,7 @@ class OwnTrack(Section):
     @property
     def whole(self) -> Profile:
         """The profile of this track as if it were alone on its body."""
-        from camgeom.profile import Profile
-
-        assert isinstance(self.profile, Profile)
-        return self.profile
+        return cast("Profile", self.profile)
 
 
 def merged(first: dict[str, Any], table: dict[str, Any], own: tuple[str, ...]) -> dict[str, Any]:

@@ -12,7 +12,8 @@ from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema
 
 from camgeom.cams import cam_class, kinds
-from camgeom.motion.law import LAWS, LawEntry, Parameter
+from camgeom.motion.catalogue import LAWS
+from camgeom.motion.law import LawEntry, Parameter
 from camgeom.profile import Profile
 from camgeom.profile.duty import OperatingState
 from camgeom.profile.motion import MAX_SEGMENTS

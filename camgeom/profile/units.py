@@ -16,7 +16,8 @@ from typing import Any
 from pydantic import BaseModel
 
 from camgeom.errors import Problem
-from camgeom.motion.law import LAWS, Parameter
+from camgeom.motion.catalogue import LAWS
+from camgeom.motion.law import Parameter
 from camgeom.profile.errors import OF_SLIDE, keys_of, models_in
 from camgeom.profile.sections import INCH
 from camgeom.profile.text import Path_, dotted, key_path

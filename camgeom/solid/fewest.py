@@ -14,9 +14,9 @@ from math import ceil, sqrt
 import numpy as np
 
 from camgeom.errors import DesignError, NotConverged
-from camgeom.maths import Floats
+from camgeom.maths import TURN, Floats
 from camgeom.maths.banded import Band, Banded, banded
-from camgeom.maths.sampling import TURN, Strip, subdivided_knots
+from camgeom.maths.sampling import Strip, subdivided_knots
 from camgeom.solid import TOUCHED, Part, Solid
 from camgeom.solid.bell import NAMES, GroovedRing
 from camgeom.solid.cut import IndexingCut

@@ -15,9 +15,8 @@ from math import ceil
 import numpy as np
 
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import TURN, Floats
 from camgeom.maths.banded import Band, Banded, Index, banded
-from camgeom.maths.sampling import TURN
 from camgeom.solid import TOUCHED, Solid, stated
 from camgeom.solid.blank import Blank, close_ends
 from camgeom.solid.builder import Builder

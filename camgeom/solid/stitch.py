@@ -17,20 +17,10 @@ import numpy.typing as npt
 
 from camgeom.errors import NotConverged
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import TURN, Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.mesh import clip, open_loops
-from camgeom.maths.sampling import (
-    TURN,
-    Cells,
-    Counts,
-    Strip,
-    angles,
-    columns_over,
-    middle_angles,
-    sample_surface,
-    strip_sags,
-)
+from camgeom.maths.sampling import Cells, Counts, Strip, angles, columns_over, middle_angles, sample_surface, strip_sags
 from camgeom.solid import ENDS_CUT, TOUCHED, Solid, eased, stated
 from camgeom.solid.blank import Blank, bore_walls, chord_step
 from camgeom.solid.builder import Builder, Index, cell_faces, filled

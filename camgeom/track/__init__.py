@@ -7,13 +7,14 @@ Cam types only produce tracks (and a blank); flanks, checks, solids, contact and
 from __future__ import annotations
 
 from dataclasses import replace
-from math import asin, comb, pi, sqrt, tan
+from math import asin, comb, sqrt, tan
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.immutable import immutable
+from camgeom.maths import TURN as TURN
 from camgeom.maths import Floats, distinct
 from camgeom.motion.program import Program
 from camgeom.motion.table import Side
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 
 Vector = tuple[float, float, float]
 Complexes = npt.NDArray[np.complex128]
-
-TURN = 2.0 * pi
 
 
 @immutable(eq=True)

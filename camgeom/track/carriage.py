@@ -12,11 +12,12 @@ from typing import final
 import numpy as np
 
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import TURN, Floats
 from camgeom.maths.extremum import bracketed_root
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.composed import composed, place
-from camgeom.motion.program import TURN, Program, Segment
+from camgeom.motion.program import Program
+from camgeom.motion.segment import Segment
 
 
 @final

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import grimp
 import pytest
 
 import camgeom
@@ -83,10 +84,14 @@ def test_check_enters_only_what_it_asks(profile: str, others: set[str]) -> None:
 
 @pytest.mark.parametrize(
     ("profile", "most_read", "most_checked"),
-    [("pin_insertion", 38, 74), ("disc_offset_roller", 41, 83), ("conical_indexer", 38, 84)],
+    [("pin_insertion", 38, 77), ("disc_offset_roller", 40, 86), ("conical_indexer", 38, 87)],
 )
 def test_reading_and_checking_enter_few_modules(profile: str, most_read: int, most_checked: int) -> None:
-    """How many modules of camgeom a drum, a disc and a globoid enter: who needs one more says here why."""
+    """How many modules of camgeom a drum, a disc and a globoid enter: who needs one more says here why.
+
+    Three stand apart so that nothing names each other in a circle: the catalogue of laws, a program's segment, and what
+    steel bears by its hardness. Reading makes no mesh, so it enters neither meshes nor what builds them.
+    """
     path = f"profiles/{profile}.toml"
     count = "\nprint(sum(name.partition('.')[0] == 'camgeom' for name in sys.modules))"
     read, checked = (
@@ -100,6 +105,13 @@ def test_reading_and_checking_enter_few_modules(profile: str, most_read: int, mo
     )  # fmt: skip
     assert read <= most_read
     assert checked <= most_checked
+
+
+def test_no_modules_import_each_other_in_a_circle() -> None:
+    """Neither when they load nor within functions; names of types alone are no import."""
+    graph = grimp.build_graph("camgeom", exclude_type_checking_imports=True, cache_dir=None)
+    reached = {module: graph.find_upstream_modules(module) for module in graph.modules}
+    assert [module for module in graph.modules if any(module in reached[other] for other in reached[module])] == []
 
 
 def test_memory_is_kept_where_the_c_library_can(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -19,8 +19,8 @@ from scipy.optimize import minimize_scalar
 
 from camgeom.errors import ProfileError
 from camgeom.motion import LAWS, make
+from camgeom.motion.catalogue import law as enter_law
 from camgeom.motion.law import Claims, Law
-from camgeom.motion.law import law as enter_law
 
 CASES = [(name, {}, entry.claims) for name, entry in LAWS.items()]
 CASES += [(name, dict(params), claims) for name, entry in LAWS.items() for params, claims in entry.cases]

@@ -17,7 +17,8 @@ from camgeom.design.study import Study, axis
 from camgeom.errors import ProfileError
 from camgeom.model import Model
 from camgeom.motion import LAWS, Program, Segment, make
-from camgeom.motion.own import TRUE_TO, load_laws, loaded_files
+from camgeom.motion.claims import TRUE_TO
+from camgeom.motion.own import load_laws, loaded_files
 from camgeom.profile import read_data
 from tests.places import PROFILES, ROOT
 

@@ -12,7 +12,8 @@ from camgeom.checks import judge
 from camgeom.checks.verdict import life_shown
 from camgeom.errors import ProfileError
 from camgeom.export.history import turn_history
-from camgeom.mechanics.material import Material, hardness_bound
+from camgeom.mechanics.hardness import hardness_bound
+from camgeom.mechanics.material import Material
 from camgeom.model import Model
 from camgeom.profile import from_data, read_data
 from camgeom.report.data.load import contact_data

@@ -10,11 +10,12 @@ import pytest
 
 from camgeom.cams.conjugate import Conjugate
 from camgeom.dynamics.impact.laws import PowerLaw
-from camgeom.dynamics.impact.lift import TURN, Lift, MotionArc
+from camgeom.dynamics.impact.lift import Lift, MotionArc
 from camgeom.dynamics.impact.pair import GrooveWall, Pair, Roller, groove_pair, planar_pair
 from camgeom.dynamics.impact.problem import ImpactProblem
 from camgeom.dynamics.impact.run import solve
 from camgeom.errors import DesignError, NotConverged, ProfileError
+from camgeom.maths import TURN
 from camgeom.model import Model
 from camgeom.model.impact import impact_pair
 from camgeom.motion import Program, Segment

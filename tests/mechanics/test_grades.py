@@ -12,7 +12,8 @@ from camgeom.checks import judge
 from camgeom.cli import main
 from camgeom.errors import ProfileError
 from camgeom.mechanics.grades import grades
-from camgeom.mechanics.material import Material, hardness_bound
+from camgeom.mechanics.hardness import hardness_bound
+from camgeom.mechanics.material import Material
 from tests.places import PROFILES
 
 PIN = (PROFILES / "pin_insertion.toml").read_text(encoding="utf-8")

@@ -13,7 +13,8 @@ from camgeom.cams import starter
 from camgeom.cams.parallel_index import ParallelIndex
 from camgeom.errors import DesignError, ProfileError
 from camgeom.model import Model
-from camgeom.motion.program import Program, Segment
+from camgeom.motion.program import Program
+from camgeom.motion.segment import Segment
 from camgeom.profile import parse
 from camgeom.report.result import compute
 from camgeom.track.clearance import least_clearance

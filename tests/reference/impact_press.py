@@ -13,8 +13,9 @@ from __future__ import annotations
 import math
 
 from camgeom.dynamics.impact.laws import Coulomb, PowerLaw, RampedDamping
-from camgeom.dynamics.impact.lift import TURN, Lift
+from camgeom.dynamics.impact.lift import Lift
 from camgeom.dynamics.impact.problem import ImpactProblem
+from camgeom.maths import TURN
 from camgeom.motion import Program, Segment
 from tests.reference.impact_reference import frame_pair
 

@@ -14,11 +14,13 @@ import numpy as np
 
 from camgeom.cams.conjugate import Conjugate
 from camgeom.dynamics.impact.laws import ContactLaw, HertzLine, LinePatch, PowerLaw, PrintedStiffness
-from camgeom.dynamics.impact.lift import TURN, Lift
+from camgeom.dynamics.impact.lift import Lift
 from camgeom.dynamics.impact.pair import ClearanceKind, FaceSide, Pair, planar_pair
 from camgeom.dynamics.impact.problem import ImpactProblem
 from camgeom.errors import ProfileError
-from camgeom.motion.program import Program, Segment
+from camgeom.maths import TURN
+from camgeom.motion.program import Program
+from camgeom.motion.segment import Segment
 from camgeom.track.follower import CylinderRoller, Setup, SwingingFollower
 
 

@@ -8,8 +8,9 @@ from math import pi
 import numpy as np
 import pytest
 
+from camgeom.maths import TURN
 from camgeom.maths.mesh import clip, open_loops
-from camgeom.maths.sampling import TURN, angles, columns_over, middle_angles
+from camgeom.maths.sampling import angles, columns_over, middle_angles
 from camgeom.solid import ENDS_CUT
 from camgeom.solid.blank import Blank
 from camgeom.solid.fewest import fewest

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from camgeom.checks.verdict import NO_GAP
 from camgeom.design.batch.variants import Batch
 from camgeom.maths import Floats
-from camgeom.mechanics.material import CONTACT_CYCLES
+from camgeom.mechanics.hardness import CONTACT_CYCLES
 
 if TYPE_CHECKING:
     from camgeom.profile import Profile

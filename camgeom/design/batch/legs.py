@@ -14,7 +14,8 @@ from camgeom.design.batch.variants import path_of, value_of
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
-from camgeom.motion.law import LAWS, Law
+from camgeom.motion.catalogue import LAWS
+from camgeom.motion.law import Law
 
 if TYPE_CHECKING:
     from camgeom.motion.program import Program

@@ -18,14 +18,13 @@ from numpy.typing import ArrayLike
 
 from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import TURN, Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
 
 Jet = tuple[float, float, float]
 """lift, first and second derivative over the cam angle in radians"""
 Row = tuple[float, ...]
-TURN = 2.0 * math.pi
 
 
 @final

@@ -23,10 +23,10 @@ from typing import Any, Literal, final
 
 import numpy as np
 
-from camgeom.dynamics.impact.lift import TURN, Lift, LiftJets, Row
+from camgeom.dynamics.impact.lift import Lift, LiftJets, Row
 from camgeom.errors import DesignError, NotConverged, Problem, ProfileError
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import TURN, Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
 from camgeom.track import Slide, Track

@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camgeom.dynamics.impact.laws import ImpactDamping
-from camgeom.dynamics.impact.lift import TURN
 from camgeom.dynamics.impact.problem import Coordinates, ImpactProblem, Recorded, Regime, State, follower, spin
 from camgeom.dynamics.impact.rates import CompiledProblem
 from camgeom.dynamics.impact.solver import hermite_row, step, walk
 from camgeom.immutable import immutable
-from camgeom.maths import Floats
+from camgeom.maths import TURN, Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import NODES, Panels
 

@@ -15,7 +15,6 @@ from typing import NamedTuple, final
 import numpy as np
 
 from camgeom.dynamics.impact.laws import ImpactDamping
-from camgeom.dynamics.impact.lift import TURN
 from camgeom.dynamics.impact.problem import (
     Coordinates,
     Event,
@@ -30,6 +29,7 @@ from camgeom.dynamics.impact.problem import (
 )
 from camgeom.dynamics.impact.rates import CompiledProblem
 from camgeom.errors import NotConverged, Problem, ProfileError
+from camgeom.maths import TURN
 
 
 class Stepped(NamedTuple):

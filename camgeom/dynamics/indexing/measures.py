@@ -16,13 +16,12 @@ from camgeom.dynamics.linear.response import output
 from camgeom.dynamics.linear.solve import INSIDE, Solution, advance
 from camgeom.errors import Problem, ProfileError
 from camgeom.immutable import immutable
-from camgeom.maths import Floats, gauss_rule
+from camgeom.maths import TURN, Floats, gauss_rule
 from camgeom.maths.frozen import cached_property
 
 if TYPE_CHECKING:
     from camgeom.dynamics.follower.train import FollowerResponse
 
-TURN = 2.0 * np.pi
 QUADRATURE = 5
 """Gauss points a step for the mean powers"""
 

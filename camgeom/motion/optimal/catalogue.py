@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from camgeom.maths import gauss_rule
-from camgeom.motion.law import LAWS, Law, make
+from camgeom.motion.catalogue import LAWS, make
+from camgeom.motion.law import Law
 from camgeom.motion.optimal.shape import decay
 from camgeom.motion.optimal.wish import Wish
 
