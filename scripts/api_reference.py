@@ -89,7 +89,8 @@ def _function(name: str, thing: Any) -> str:
 
 def _class(one: type) -> Iterator[str]:
     yield f"## `{one.__name__}`\n\n{_shown(_doc(one))}"
-    members = {name: thing for name, thing in vars(one).items() if not name.startswith("_")}
+    own = [kind for kind in reversed(one.__mro__) if kind.__module__.startswith("camgeom.")]
+    members = {name: thing for kind in own for name, thing in vars(kind).items() if not name.startswith("_")}
     facts = [name for name, thing in members.items() if not inspect.isroutine(thing) and _doc_of(thing)]
     if facts:
         yield "| attribute | what it is |\n|---|---|"
