@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import acos, atan, cos, degrees
+from math import acos, atan, cos, degrees, tan
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from camgeom.checks import check, solved
 from camgeom.checks.verdict import NO_GAP, Finding, NotJudged, judged
+from camgeom.track import TURN
 
 if TYPE_CHECKING:
     from camgeom.maths import Floats
@@ -162,6 +163,11 @@ def carrier(model: Model) -> Iterable[Finding | NotJudged]:
         "the bar that carries the roller rubs on the web: a thinner one, a higher cam.start, or a thinner web",
         where="carrier to web",
     )  # fmt: skip
+    places = sorted(one.angle for one in model.bindings)
+    least = min(float(np.diff([*places, places[0] + TURN]).min()), 0.5 * TURN)
+    if (meet := 0.5 * bar.diameter / tan(0.5 * least)) > NO_GAP:
+        yield NotJudged("carriers", "how far in they reach nobody says: two of them at one height meet within "
+                        f"{meet:.4g} mm of the cam axis")  # fmt: skip
 
 
 def unheld(name: str, model: Model, duties: Iterable[Duty]) -> Iterable[Finding]:

@@ -378,6 +378,17 @@ def test_followers_on_one_groove_are_kept_apart_where_they_are_nearest_inside(an
         assert apart.value == pytest.approx(2.0 * INNER * np.sin(np.radians(0.5 * angle)) - 2.0 * RADIUS, abs=2e-3)
 
 
+def test_carriers_of_several_followers_meet_near_the_axis() -> None:
+    """Bars 30 mm thick at 60 deg: the corners of their ends meet where they are 15 / tan 30 deg from the axis."""
+    close = model(station=({"angle": 60.0}, {"angle": 180.0}), carrier_diameter=30.0)
+    (told,) = judged(close, ["carrier"]).not_judged
+    corner = 15.0 / tan(radians(30.0)) + 15.0j
+    assert abs((corner.conjugate() * np.exp(1j * radians(60.0))) - corner) < 1e-12
+    assert (told.check, f"within {corner.real:.4g} mm" in told.reason) == ("carriers", True)
+    for alone in ({}, {"station": ({"angle": 180.0},)}):
+        assert not judged(model(carrier_diameter=30.0, **alone), ["carrier"]).not_judged
+
+
 def test_impacts_are_those_of_the_drum() -> None:
     impact = {"law": "hertz", "restitution": 0.6, "turns": 2, "reference_radius": 60.0}
     one, two = (made(impact=impact) for made in (model, drum))
