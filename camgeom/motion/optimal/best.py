@@ -7,7 +7,6 @@ B. Demeulenaere et al., Optimal splines for rigid motion systems: a convex progr
 from __future__ import annotations
 
 import math
-from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
 from typing import final
@@ -20,7 +19,7 @@ from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.optimal.bound import weigh
 from camgeom.motion.optimal.programme import SearchPurse
-from camgeom.motion.optimal.search import Found, far, find, graded, refined, unseen
+from camgeom.motion.optimal.search import Found, far, find, graded, refined
 from camgeom.motion.optimal.shape import Shape, moment_parts, residual_peaks
 from camgeom.motion.optimal.wish import ALL, EVEN, LIMITS, Task, Wish
 from camgeom.motion.table import Piece
@@ -29,6 +28,8 @@ __all__ = ["Best", "Impossible", "Wish", "best"]
 
 FINEST = (2e-3, 5e-4)
 """shares of the travel; shortest spans of the meshes on which a law is sought that even ones do not hold"""
+RELAXED = 1e3
+"""times a limit; a relaxation beyond that is no advice"""
 SHOWN = 1e-6
 """a limit whose share of a proof is below this takes no part in it"""
 
@@ -94,7 +95,7 @@ class Impossible:
     least     every limit would have to be this many times as large; `bound` above 1 is what proves it (and where both
               are one, it is more than that)
     clash     the limits that take part in the proof, each with its share
-    relaxed   for each limit that could be relaxed alone: the least value that some law keeps
+    relaxed   for each limit that could be relaxed alone, a thousand times at most: the least value that some law keeps
     """
 
     wish: Wish
@@ -165,10 +166,7 @@ def sought(wish: Wish) -> Best | Impossible:
     """What `best` keeps, computed. Raises NotConverged."""
     purse = SearchPurse()
     even = wish.nearly_even
-    # Where jerks are shorter than a span a finer even mesh costs much: the law with least of all limits shows sooner
-    # where they belong.
-    whole = wish.aim != "peak-acceleration"
-    coarse = found = None if even else find(Task.of(wish), None, purse, whole)
+    found = None if even else find(Task.of(wish), None, purse)
     if (found is None or far(Task.of(wish), found)) and (wish.given or wish.monotone):
         proof = _loosest(wish, found, purse) if wish.given else None
         if found is None and proof is not None and proof.bound > 1.0:
@@ -179,9 +177,6 @@ def sought(wish: Wish) -> Best | Impossible:
             return Impossible(wish, factor, factor, {"velocity": 1.0}, {})
         if proof is not None and not even:
             found = _beside(wish, proof, found, purse)
-    if not whole and coarse and found and unseen(Task.of(wish), coarse) and far(Task.of(wish), found):
-        with suppress(NotConverged):
-            found = _better(wish, None, found, purse)
     if even:
         raise NotConverged(
             f"a limit of the velocity of {wish.velocity:.9g} leaves a ramp {wish.longest_ramp:.2g} of the travel: "
@@ -222,7 +217,7 @@ def _beside(wish: Wish, proof: Found, found: Found | None, purse: SearchPurse) -
     return found
 
 
-def _better(wish: Wish, mesh: Shape | None, found: Found | None, purse: SearchPurse) -> Found | None:
+def _better(wish: Wish, mesh: Shape, found: Found | None, purse: SearchPurse) -> Found | None:
     """The better law of one found and that of a mesh, with the better bound. Raises NotConverged."""
     other = find(Task.of(wish), mesh, purse)
     if other is None:
@@ -241,7 +236,7 @@ def _impossible(wish: Wish, proof: Found, purse: SearchPurse) -> Impossible:
         if wish.nearly_even and name != "velocity":
             continue  # ramps as short as that velocity leaves are not solved
         try:
-            alone = find(Task.of(wish, name), None, purse)
+            alone = find(replace(Task.of(wish, name), most=RELAXED * getattr(wish, name)), None, purse)
         except NotConverged:
             break  # the proof stands; what one limit alone would have to be is advice
         if alone is not None:

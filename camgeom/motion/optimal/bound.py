@@ -87,8 +87,10 @@ class _Field:
     def _rest(self, x: Floats) -> tuple[Floats, Floats]:
         """g without the velocity's part, and its integral from 0, at x (n,)."""
         decayed = np.exp(-np.outer(1.0 - x, self.k))
-        g = self.y[0] + self.y[1] * (1.0 - x) - (decayed @ self.wave).real
-        total = self.y[0] * x + self.y[1] * (x - 0.5 * x * x) - (decayed @ (self.wave / self.k)).real
+        # Not as a product of matrices, over which threads wait for each other longer than they work.
+        waves, sums = np.einsum("xq,qw->wx", decayed, np.column_stack([self.wave, self.wave / self.k])).real
+        g = self.y[0] + self.y[1] * (1.0 - x) - waves
+        total = self.y[0] * x + self.y[1] * (x - 0.5 * x * x) - sums
         return g, total
 
 
@@ -130,6 +132,20 @@ def _sizes(low: Floats, middle: Floats, high: Floats, h: Floats, bend: Floats | 
 
 def lower_bound(task: Task, shape: Shape, m: Multipliers, cells: int = CELLS) -> float:
     """The value of t that no law of the class can beat; -inf where the multipliers say nothing."""
+    return max(_by_multipliers(task, shape, m, cells), _by_ends(task))
+
+
+def _by_ends(task: Task) -> float:
+    """What a limit of what is fixed at an end cannot go below."""
+    start, end = task.wish.start, task.wish.end
+    fixed = ((task.velocity, (start[0], end[0])), (task.acceleration, (start[1] or 0.0, end[1] or 0.0)))
+    return max(
+        ((max(map(abs, values)) - limit.const) / limit.slope for limit, values in fixed if limit.slope > 0.0),
+        default=-np.inf,
+    )
+
+
+def _by_multipliers(task: Task, shape: Shape, m: Multipliers, cells: int) -> float:
     weights = weigh(task, shape, m, cells)
     const, slope = weights.const, weights.mean
     for name in LIMITS:

@@ -19,9 +19,11 @@ def kept(task: Task) -> float:
     return ENOUGH if task.residual.slope else KEPT
 
 
-def excess(task: Task, shape: Shape, value: float) -> tuple[float, tuple[Floats, Floats, Floats]]:
+def excess(
+    task: Task, shape: Shape, value: float, rough: bool = False
+) -> tuple[float, tuple[Floats, Floats, Floats]]:
     """How far (relative) vibration and velocity exceed their limits, and the cuts that would keep them: n, angle,
-    places."""
+    places. Unless that is but roughly asked, the velocity's counts as much more as its limit is kept more exactly."""
     wish, none = task.wish, np.empty(0)
     worst, n, angle, places = 0.0, none, none, none
     if wish.band is not None and task.residual.asked:
@@ -37,7 +39,8 @@ def excess(task: Task, shape: Shape, value: float) -> tuple[float, tuple[Floats,
         at, v = shape.velocities(wish.start[0])
         limit = task.velocity.at(value) if task.velocity.asked else np.inf
         over = np.maximum(v - limit, (-v if wish.monotone else -v - limit))
-        worst = max(worst, float(over.max() / (limit if task.velocity.asked else 1.0)) * kept(task) / KEPT)
+        counted = 1.0 if rough else kept(task) / KEPT
+        worst = max(worst, counted * float(over.max() / (limit if task.velocity.asked else 1.0)))
         inner = len(shape.x)
         places = at[inner:][over[inner:] > 0.1 * KEPT]
     return worst, (n, angle, places)

@@ -2,12 +2,13 @@
 of: quadratic where the programmes creep.
 
 Under a limit of the jerk the best law's jerk is at its limit, or none where acceleration or velocity is held, so that
-the breaks are all the unknowns. A functional of the law, with the kernel k, is
+the breaks, and the value t that limits may hang on, are all the unknowns. A functional of the law, with kernel k, is
 
     f = -a(0) Phi'(0) + sum D Phi(x),    Phi(x) = integral from x to 1 of k(u) (u - x) du,    Phi'' = k,
 
-D the jerk's steps: it curves with each break alone. Peaks of the vibration and of the velocity move with the breaks,
-which adds a term of rank one. The limits that hold are equations, and their multipliers those of all laws.
+D the jerk's steps: it curves with each break alone, and is linear in the jerk. Peaks of the vibration and of the
+velocity move with the unknowns, which adds a term of rank one. The limits that hold are equations, and their
+multipliers those of all laws.
 """
 
 from __future__ import annotations
@@ -29,25 +30,27 @@ CHANGES = 5
 """of the set of limits that hold"""
 STILL = 0.25
 """share of the jerk's limit below which a span holds what it has reached"""
-HELD, TOUCHED = 1e-2, 1e-3
-"""relative; by how much a held limit may be missed before, and how near a peak is that is taken for one at its limit"""
-REST, FAR = 1e-12, 1e-3
-"""breaks that move less are at rest, and breaks that move more are far from it"""
-FARTHEST, NEAREST = 0.3, 0.02
-"""of the shortest span: how far breaks move in one step, and what share of a step is too little to go on with"""
+TOUCHED = 1e-3
+"""relative; how near a peak is that is taken for one at its limit"""
+REST, ROUNDING, FAR = 1e-12, 1e-9, 1e-3
+"""breaks that move less are at rest; those that move less, and no longer less with each step, are where rounding lets
+them; breaks that move more are far from it"""
+FARTHEST, NEAREST = 0.6, 0.02
+"""share of itself by which a span shrinks at most in one step, and what share of a step is too little to go on with"""
 SHORT = 1e-5
 """a span that leaves its jerk too few digits"""
+EXACT = 2
+"""steps by which the equations alone are met in the end"""
 NOTHING = 1e-9
 """what rounding leaves of a multiplier"""
 
 
 class Row(NamedTuple):
-    """An equation lack = 0: its slopes for the inner breaks (M,) and for t, its curvature with each break alone (M,)
-    and the rest of it (M, M), and Phi of its kernel at all breaks (K + 1,)."""
+    """An equation lack = 0: its slopes for the inner breaks and t (M + 1,), its curvature with each break alone (M,)
+    and the rest of it (M + 1, M + 1), and Phi of its kernel at all breaks (K + 1,)."""
 
     lack: float
     slope: Floats
-    t: float
     alone: Floats
     curve: Floats
     phi: Floats
@@ -76,7 +79,9 @@ class _Waves(NamedTuple):
 
 @final
 class Build:
-    """What stays while breaks move: the jerk of each span (K,), and where limits hold.
+    """What stays while breaks move: the sense of each span's jerk (K,), and where limits hold.
+
+    t        what is least; the jerk of each span (K,) hangs on it: `growth` is how it grows with t, a share of itself
 
     levels   breaks at which the acceleration is at its limit, with its sign; it stays there where the jerk is none
     cruises  breaks from which the velocity stays at its limit, with its sign
@@ -84,9 +89,9 @@ class Build:
     n        where the vibration has a peak at its limit; `pressed` is what each was worth when last seen
     """
 
-    def __init__(self, task: Task, jerk: Floats, first: float) -> None:
-        self.task, self.jerk, self.first = task, jerk, first
-        self.steps = np.diff(jerk, prepend=0.0)
+    def __init__(self, task: Task, sense: Floats, first: float, t: float) -> None:
+        self.task, self.sense, self.first = task, sense, first
+        self.grow(t)
         self.fixed = 2 + (task.wish.end[1] is not None)
         self.levels: list[tuple[int, float]] = []
         self.cruises: list[tuple[int, float]] = []
@@ -107,38 +112,58 @@ class Build:
         """The law with breaks at x (K + 1,)."""
         return Shape(x, self.first + np.append(0.0, np.cumsum(self.jerk * np.diff(x))))
 
-    def rows(self, x: Floats, t: float) -> list[Row]:
+    def rows(self, x: Floats) -> list[Row]:
         """All equations: the moments, the end's acceleration where it is fixed, then the limits in the order above; of
         a cruise its velocity and its acceleration, which is none."""
-        task, wish, shape = self.task, self.task.wish, self.shape(x)
+        task, wish, shape, t = self.task, self.task.wish, self.shape(x), self.t
         d, inner, y = self.steps[1:], x[1:-1], 1.0 - x
-        one, none, flat = np.ones_like(x), np.zeros_like(x), np.zeros((len(d), len(d)))
+        none, still = np.zeros_like(x), np.zeros_like(d)
         rows = []
         for phi, first, second, wanted in zip(
-            (0.5 * y**2, y**3 / 6.0), (-y, -0.5 * y**2), (one, y), wish.moments, strict=True
+            (0.5 * y**2, y**3 / 6.0), (-y, -0.5 * y**2), (np.ones_like(x), y), wish.moments, strict=True
         ):
-            lack = float(self.steps @ phi[:-1] - self.first * first[0]) - wanted
-            rows.append(Row(lack, d * first[1:-1], 0.0, d * second[1:-1], flat, phi))
+            gained = float(self.steps @ phi[:-1])
+            lack = gained - self.first * float(first[0]) - wanted
+            rows.append(self._row(lack, d * first[1:-1], gained, d * second[1:-1], phi))
         if wish.end[1] is not None:
-            rows.append(Row(float(shape.a[-1]) - wish.end[1], -d, 0.0, 0.0 * d, flat, none))
+            rows.append(self._row(float(shape.a[-1]) - wish.end[1], -d, float(shape.a[-1]) - self.first, still, none))
         top = task.acceleration
         for k, sign in self.levels:
-            lack = float(sign * shape.a[k]) - top.at(t)
-            rows.append(Row(lack, sign * self._level(k), -top.slope, 0.0 * d, flat, none))
+            at = float(shape.a[k])
+            row = self._row(sign * at - top.at(t), sign * self._level(k), sign * (at - self.first), still, none)
+            rows.append(_against(row, top.slope))
         v = shape.states(wish.start[0])[1]
         for k, sign in self.cruises:
             before = np.where(np.arange(len(d)) < k - 1, d, 0.0)
-            slope, curve = -before * (x[k] - inner), flat.copy()
-            slope[k - 1] = shape.a[k]
-            curve[k - 1] = curve[:, k - 1] = self._level(k)
-            rows.append(self._velocity(float(v[k]), sign, slope, before, curve, x, x[k], t))
-            rows.append(Row(float(shape.a[k]), self._level(k), 0.0, 0.0 * d, flat, none))
+            slope, mixed = -before * (x[k] - inner), self._level(k)
+            row = self._velocity(float(v[k]), slope, before, x, float(x[k]))
+            # The break is the place, and moves.
+            row.slope[k - 1] = shape.a[k]
+            row.curve[k - 1, :-1] = row.curve[:-1, k - 1] = mixed
+            row.curve[k - 1, -1] = row.curve[-1, k - 1] = self.growth * (float(shape.a[k]) - self.first)
+            rows.append(self._limited(row, sign))
+            rows.append(self._row(float(shape.a[k]), mixed, float(shape.a[k]) - self.first, still, none))
         for k, sign in self.peaks:
-            u = -shape.a[k] / self.jerk[k]
+            u = -float(shape.a[k] / self.jerk[k])
             before = np.where(np.arange(len(d)) < k, d, 0.0)
-            slope, curve = -before * (x[k] + u - inner), -np.outer(before, before) / self.jerk[k]
-            rows.append(self._velocity(float(v[k] + u * shape.a[k] / 2.0), sign, slope, before, curve, x, x[k] + u, t))
-        return rows + self._residuals(x, t)
+            peak = float(v[k] + u * shape.a[k] / 2.0)
+            row = self._velocity(peak, -before * (x[k] + u - inner), before, x, float(x[k]) + u)
+            mixed = np.append(before, self.growth * self.first)
+            row.curve[...] -= np.outer(mixed, mixed) / self.jerk[k]
+            rows.append(self._limited(row, sign))
+        return rows + self._residuals(x)
+
+    def grow(self, t: float) -> None:
+        """Take t, and the jerk that is its limit there."""
+        limit, self.t = self.task.jerk, t
+        self.jerk, self.growth = limit.at(t) * self.sense, limit.slope / limit.at(t)
+        self.steps = np.diff(self.jerk, prepend=0.0)
+
+    def _row(self, lack: float, slope: Floats, gained: float, alone: Floats, phi: Floats) -> Row:
+        """The row of a functional that stays; `gained` is what it has by the jerk, and `slope` is by the jerk alone."""
+        curve = np.zeros((len(slope) + 1, len(slope) + 1))
+        curve[:-1, -1] = curve[-1, :-1] = self.growth * slope
+        return Row(lack, np.append(slope, self.growth * gained), alone, curve, phi)
 
     def _level(self, k: int) -> Floats:
         """How the acceleration at break k answers to the inner breaks (M,)."""
@@ -146,17 +171,20 @@ class Build:
         slope[k - 1] = self.jerk[k - 1]
         return slope
 
-    def _velocity(
-        self, v: float, sign: float, slope: Floats, alone: Floats, curve: Floats, x: Floats, at: float, t: float
-    ) -> Row:
-        """The row of a velocity, upwards or downwards, that is at its limit at a place."""
-        limit = self.task.velocity
-        phi = 0.5 * sign * np.maximum(at - x, 0.0) ** 2
-        if sign < 0.0 and self.task.wish.monotone:
-            return Row(-v, -slope, 0.0, -alone, -curve, phi)
-        return Row(sign * v - limit.at(t), sign * slope, -limit.slope, sign * alone, sign * curve, phi)
+    def _velocity(self, v: float, slope: Floats, alone: Floats, x: Floats, at: float) -> Row:
+        """The row of a velocity at a place."""
+        gained = v - self.task.wish.start[0] - self.first * at
+        return self._row(v, slope, gained, alone, 0.5 * np.maximum(at - x, 0.0) ** 2)
 
-    def _residuals(self, x: Floats, t: float) -> list[Row]:
+    def _limited(self, row: Row, sign: float) -> Row:
+        """The row of a velocity that is at its limit, upwards or downwards."""
+        limit = self.task.velocity
+        signed = Row(sign * row.lack, sign * row.slope, sign * row.alone, sign * row.curve, sign * row.phi)
+        if sign < 0.0 and self.task.wish.monotone:
+            return signed
+        return _against(signed._replace(lack=signed.lack - limit.at(self.t)), limit.slope)
+
+    def _residuals(self, x: Floats) -> list[Row]:
         """A row of each peak of the vibration, n moved to where the peak is."""
         if not len(self.n):
             return []
@@ -166,22 +194,21 @@ class Build:
         waves, d, limit = self.waves(x), self.steps[1:], self.task.residual
         size, _, bend = waves.modulus
         back = (np.conj(waves.z) / size)[:, None]
-        to_x = d * (back * waves.first)[:, 1:-1]
+        # By the inner breaks, and by t: what is not of the start's acceleration grows with the jerk.
+        by_t = self.growth * (waves.z + self.first * waves.first[:, 0])
+        faster_by_t = self.growth * (waves.rate + self.first * waves.faster[:, 0])
+        to = back * np.column_stack([d * waves.first[:, 1:-1], by_t])
         turned = (back[:, 0] * waves.rate).imag / size
-        mixed = d * (back * waves.faster)[:, 1:-1].real + turned[:, None] * to_x.imag
+        mixed = (back * np.column_stack([d * waves.faster[:, 1:-1], faster_by_t])).real + turned[:, None] * to.imag
         mixed[(self.n <= low) | (self.n >= high) | (bend >= 0.0)] = 0.0  # a peak at the band's end stays
         straight, phi = d * (back * waves.second)[:, 1:-1].real, (back * waves.phi).real
-        return [
-            Row(
-                float(size[i]) - limit.at(t),
-                to_x[i].real,
-                -limit.slope,
-                straight[i],
-                np.outer(to_x[i].imag, to_x[i].imag) / size[i] - np.outer(mixed[i], mixed[i]) / bend[i],
-                phi[i],
-            )
-            for i in range(len(size))
-        ]  # fmt: skip
+        rows = []
+        for i in range(len(size)):
+            row = self._row(float(size[i]) - limit.at(self.t), to[i, :-1].real, 0.0, straight[i], phi[i])
+            row.slope[-1] = to[i, -1].real
+            row.curve[...] += np.outer(to[i].imag, to[i].imag) / size[i] - np.outer(mixed[i], mixed[i]) / bend[i]
+            rows.append(_against(row, limit.slope))
+        return rows
 
     def waves(self, x: Floats) -> _Waves:
         """The vibration at n with what it answers to."""
@@ -227,9 +254,9 @@ class Build:
             self.n, self.pressed = np.delete(self.n, at), np.delete(self.pressed, at)
         return True
 
-    def solved(self, x: Floats, t: float, worth: Floats) -> Solved:
+    def solved(self, x: Floats, worth: Floats) -> Solved:
         """The law with the multipliers of its rows."""
-        shape, rows = self.shape(x), self.rows(x, t)
+        shape, rows = self.shape(x), self.rows(x)
         after = self.fixed + len(self.levels)
         cruising, peaking = worth[after : after + 2 * len(self.cruises)], after + 2 * len(self.cruises)
         # S less the end of W: it steps where the acceleration is at a limit, and where a cruise begins.
@@ -248,7 +275,7 @@ class Build:
         cuts = Cuts(self.n, np.angle(self.waves(x).z), np.array(places))
         return Solved(
             shape,
-            t,
+            self.t,
             Multipliers(
                 -worth[:2],
                 cuts,
@@ -262,16 +289,22 @@ class Build:
         )
 
 
+def _against(row: Row, slope: float) -> Row:
+    """The row against a limit that grows with t."""
+    row.slope[-1] -= slope
+    return row
+
+
 def build_of(task: Task, solved: Solved, proven: Shape | None = None) -> tuple[Build, Floats] | None:
     """The build of a law nearly at rest, and its breaks (K + 1,); None where it shows none.
 
     proven  the shape whose multipliers they are, where that is another one
     """
-    shape, wish, most = solved.shape, task.wish, task.jerk.const
+    shape, wish, most = solved.shape, task.wish, task.jerk.at(solved.value)
     sense = np.where(np.abs(shape.jerk) < STILL * most, 0.0, np.sign(shape.jerk))
     kept = np.concatenate([[True], np.diff(sense) != 0.0, [True]])
     x, a, v, sense = shape.x[kept], shape.a[kept], shape.states(wish.start[0])[1][kept], sense[kept[:-1]]
-    build = Build(task, most * sense, float(shape.a[0]))
+    build = Build(task, sense, float(shape.a[0]), solved.value)
     top, fast = task.acceleration.at(solved.value), task.velocity.at(solved.value)
     slow, size = (0.0, 1.0) if wish.monotone else (-fast, fast)
     if sense[0] == 0.0:
@@ -281,11 +314,11 @@ def build_of(task: Task, solved: Solved, proven: Shape | None = None) -> tuple[B
         if sense[k] != 0.0:
             if sense[k - 1] * up > 0.0 > sense[k] * up and abs(a[k]) >= (1.0 - TOUCHED) * top:
                 build.levels.append((k, up))
-        elif abs(abs(a[k]) - top) <= HELD * top < np.inf:
+        elif 2.0 * abs(a[k]) > top:
             build.levels.append((k, up))
-        elif abs(v[k] - fast) <= HELD * fast < np.inf:
+        elif v[k] - slow > fast - v[k]:
             build.cruises.append((k, 1.0))
-        elif abs(v[k] - slow) <= HELD * size < np.inf:
+        elif size < np.inf:
             build.cruises.append((k, -1.0))
         else:
             return None
@@ -312,34 +345,33 @@ def build_of(task: Task, solved: Solved, proven: Shape | None = None) -> tuple[B
 
 def at_rest(task: Task, begun: Solved, proven: Shape | None = None) -> Solved | None:
     """The law at rest that is built like one nearly so, with its multipliers; None where Newton's method finds none
-    that keeps all limits and in which each is worth something, or where the jerk or the start is not given.
+    that keeps all limits and in which each is worth something, or where no jerk or no start is given.
 
     proven  the shape whose multipliers those of `begun` are, where that is another one
     """
-    if not task.jerk.asked or task.jerk.slope or task.wish.start[1] is None or begun.value <= 0.0:
+    if not task.jerk.asked or task.wish.start[1] is None or begun.value <= 0.0:
         return None
     shown = build_of(task, begun, proven)
     if shown is None:
         return None
     build, x = shown
-    t = begun.value
     for _ in range(CHANGES):
-        settled = _steps(build, x, t)
+        settled = _steps(build, x)
         if settled is None:
             return None
-        x, t, worth = settled
+        x, worth = settled
         build.pressed = worth[len(worth) - len(build.n) :]
         gone = build.let_go(worth)
         if gone is None:
             return None
         if gone:
             continue
-        shape = build.shape(x)
+        shape, t = build.shape(x), build.t
         over, (n, _, places) = excess(task, shape, t)
         if np.abs(shape.a).max() > task.acceleration.at(t) * (1.0 + KEPT) or shape.h.min() < SHORT:
             return None
         if over <= KEPT:
-            return build.solved(x, t, worth)
+            return build.solved(x, worth)
         n = n[np.abs(n[:, None] - build.n).min(axis=1, initial=np.inf) > TOUCHED]
         spans = (np.searchsorted(x, places) - 1).tolist()
         if not len(n) + len(spans) or set(spans) & {k for k, _ in build.peaks + build.cruises}:
@@ -349,14 +381,14 @@ def at_rest(task: Task, begun: Solved, proven: Shape | None = None) -> Solved | 
     return None
 
 
-def _steps(build: Build, x: Floats, t: float) -> tuple[Floats, float, Floats] | None:
-    """Breaks and value at which the equations of a build hold and nothing is gained by a move, and what each equation
-    is worth; None where Newton's method does not come there."""
+def _steps(build: Build, x: Floats) -> tuple[Floats, Floats] | None:
+    """Breaks at which the equations of a build hold and nothing is gained by a move, the value being taken along, and
+    what each equation is worth; None where Newton's method does not come there."""
     worth: Floats = np.empty(0)
     farthest = 1.0
     for _ in range(STEPS):
-        rows = build.rows(x, t)
-        slope = np.array([np.append(row.slope, row.t) for row in rows])
+        rows = build.rows(x)
+        slope = np.array([row.slope for row in rows])
         count, width = slope.shape
         aim = np.append(np.zeros(width - 1), 1.0)
         if not len(worth):
@@ -369,20 +401,37 @@ def _steps(build: Build, x: Floats, t: float) -> tuple[Floats, float, Floats] | 
         if farthest > FAR:
             # A law at rest is convex, as a rule in each break alone; what is far from it need not be.
             alone = np.maximum(alone, 0.0)
-        curve = np.einsum("i,ijk", weight, np.array([row.curve for row in rows])) + np.diag(alone)
-        system[: width - 1, : width - 1] = curve
+        curve = np.einsum("i,ijk", weight, np.array([row.curve for row in rows]))
+        system[:width, :width] = curve + np.diag(np.append(alone, 0.0))
         system[:width, width:], system[width:, :width] = slope.T, slope
         try:
             answer = np.linalg.solve(system, -np.append(aim, [row.lack for row in rows]))
         except np.linalg.LinAlgError:
             return None
         move, worth = answer[: width - 1], answer[width:]
-        farthest = float(np.abs(move).max())
-        share = min(1.0, FARTHEST * float(np.diff(x).min()) / max(farthest, REST))
+        before, farthest = farthest, float(np.abs(move).max())
+        shrunk = float((-np.diff(move, prepend=0.0, append=0.0) / np.diff(x)).max())
+        share = min(1.0, FARTHEST / max(shrunk, REST))
         if share < NEAREST or not np.isfinite(farthest):
             return None
         x = x + np.concatenate([[0.0], share * move, [0.0]])
-        t += share * float(answer[width - 1])
-        if farthest <= REST:
-            return x, t, worth
+        t = build.t + share * float(answer[width - 1])
+        if build.task.jerk.at(t) <= 0.0:
+            return None
+        build.grow(t)
+        if farthest <= REST or 0.5 * before < farthest <= ROUNDING:
+            return _exact(build, x), worth
     return None
+
+
+def _exact(build: Build, x: Floats) -> Floats:
+    """Breaks at rest at which the equations hold as well as rounding lets them: by those alone, which are of one size,
+    where the multipliers beside them are not. What is least is so to the second order of these moves."""
+    for _ in range(EXACT):
+        rows = build.rows(x)
+        size = np.append(np.ones(len(x) - 2), max(build.t, FAR))
+        slope = np.array([row.slope for row in rows]) * size
+        move = size * np.linalg.lstsq(slope, -np.array([row.lack for row in rows]), rcond=None)[0]
+        x = x + np.concatenate([[0.0], move[:-1], [0.0]])
+        build.grow(build.t + float(move[-1]))
+    return x

@@ -15,7 +15,7 @@ from camgeom.motion.optimal.excess import ENOUGH, LITTLE, excess, kept
 from camgeom.motion.optimal.newton import at_rest
 from camgeom.motion.optimal.programme import CLOSEST, NO_CUTS, Cuts, Programme, SearchPurse, Solved, stiffness
 from camgeom.motion.optimal.shape import Shape, moment_parts, values
-from camgeom.motion.optimal.sharpened import finer, switched
+from camgeom.motion.optimal.sharpened import finer, ramped, switched
 from camgeom.motion.optimal.wish import Task, Wish
 
 SPANS = 64
@@ -60,8 +60,6 @@ ROUGH = 1e-2
 CLOSE, NEAR = 3e-5, 3e-6
 """a gap that no further pass is made for; of a residual below LITTLE, share of the lift: other breaks prove no more"""
 
-VAGUE = 0.5
-"""share of a value below which a bound says next to nothing"""
 FAR = 1e-3
 """a gap for which meshes are tried that are fine where even ones are not"""
 
@@ -77,12 +75,9 @@ class Found:
     solved: Solved
 
 
-def find(
-    task: Task, begun: Shape | None = None, purse: SearchPurse | None = None, whole: bool = True
-) -> Found | None:
+def find(task: Task, begun: Shape | None = None, purse: SearchPurse | None = None) -> Found | None:
     """The best shape; None where no mesh holds one that keeps the limits. A shape to begin with is the first mesh.
 
-    whole  whether the mesh is refined also where its spans are too long for the law
     Raises NotConverged where the purse, one of its own by default, is spent.
     """
     purse = purse or SearchPurse()
@@ -93,12 +88,15 @@ def find(
     if task.mean:
         return _least_square(task, mesh)
     best = None
-    for _ in range(PASSES):
+    for turn in range(PASSES):
         solved, cuts = _on_mesh(task, mesh, cuts, purse)
         if solved is None:
             break
         begin = joined(solved.shape)
-        settled, cuts = _settled(task, begin, solved.value, cuts, purse, solved if best is None else None)
+        settled, cuts = _settled(task, begin, solved.value, cuts, purse, solved if turn == 0 else None)
+        if settled is None and turn == 0:
+            mesh = refined(solved.shape)
+            continue
         if settled is None or (best is not None and settled.bound is None and settled.value >= solved.value):
             # The mesh has a law all the same, or a better one, though with more breaks than it needs.
             on_mesh, cuts = _on_mesh(task, mesh, cuts, purse, kept(task))
@@ -113,7 +111,7 @@ def find(
             best = Found(kept_as, settled.value, bound, settled)
         if task.residual.slope and best.value <= SILENT:
             break
-        if best.value - best.bound <= _near(task, best.value) or (not whole and unseen(task, best)):
+        if best.value - best.bound <= _near(task, best.value):
             break
         mesh = refined(settled.shape)
     return best
@@ -128,11 +126,6 @@ def far(task: Task, found: Found) -> bool:
     """Whether the bound is so far below that another mesh may hold a better law."""
     least = SHOWN if task.residual.slope else EXACT
     return found.value > least and found.value - found.bound > max(FAR * found.value, least)
-
-
-def unseen(task: Task, found: Found) -> bool:
-    """Whether the law is built of jerks shorter than a span of an even mesh, and its bound says next to nothing."""
-    return found.value * SPANS < task.wish.jerk < np.inf and found.bound < VAGUE * found.value
 
 
 def _bound(task: Task, settled: Solved, cuts: Cuts, purse: SearchPurse) -> float:
@@ -214,11 +207,16 @@ def _settled(
     # Of a residual alone the tangents are many, and its breaks creep.
     sought = task.residual.slope > 0.0 and not task.velocity.asked
     added: list[int] = []
-    begun = cuts
+    if not task.jerk.asked or value <= 0.0:
+        meshed = None
+    if meshed is not None:
+        rest, cuts = _shown(task, meshed, cuts, purse)
+        if rest is not None:
+            return rest, cuts
     for turn in range(ROUNDS):
         hidden = value > SHOWN if task.residual.slope else task.velocity.asked
         if turn > TRIED[-1] and meshed is not None and hidden:
-            rest, more = _sharpened(task, meshed, begun, purse)
+            rest, more = _sharpened(task, meshed, cuts, purse)
             if rest is not None:
                 return rest, more
             meshed = None
@@ -232,13 +230,12 @@ def _settled(
         if sought and turn >= PATIENT and value <= SILENT:
             break
         if trial is None:
-            reach *= 0.5
-            continue
+            break  # the rows are no others where breaks reach less far
         if turn in TRIED:
-            rest = _proven(task, at_rest(task, replace(trial, shape=joined(trial.shape, 1.01 * CLOSEST))), cuts, purse)
+            build = replace(trial, shape=joined(trial.shape, 1.01 * CLOSEST))
+            rest, cuts = _proven(task, at_rest(task, build), cuts, purse)
             if rest is not None:
-                found = rest.multipliers.cuts
-                return rest, cuts.and_at(found.n, found.angle, found.places)
+                return rest, cuts
         moved = float(np.abs(trial.shape.x - shape.x).max())
         gaps = values(trial.shape, moment_parts(trial.shape.x, shape.smooth)) - task.wish.moments
         missed = float(np.abs(gaps).max())
@@ -279,30 +276,40 @@ def _settled(
     return last, cuts
 
 
-def _proven(task: Task, rest: Solved | None, cuts: Cuts, purse: SearchPurse) -> Solved | None:
-    """A law at rest with its bound; None where that is far: it may be at rest in the wrong build, and its bound tells.
-    """
+def _proven(task: Task, rest: Solved | None, cuts: Cuts, purse: SearchPurse) -> tuple[Solved | None, Cuts]:
+    """A law at rest with its bound, and the cuts with its own; None where that is far: it may be at rest in the wrong
+    build, and its bound tells."""
     if rest is None:
-        return None
+        return None, cuts
     bound = _bound(task, rest, cuts, purse)
-    return replace(rest, bound=bound) if rest.value - bound <= _near(task, rest.value) else None
+    if rest.value - bound > _near(task, rest.value):
+        return None, cuts
+    own = rest.multipliers.cuts
+    return replace(rest, bound=bound), cuts.and_at(own.n, own.angle, own.places)
 
 
 def _sharpened(task: Task, meshed: Solved, cuts: Cuts, purse: SearchPurse) -> tuple[Solved | None, Cuts]:
     """The law at rest in the build that a mesh shows when it becomes finer where the jerk changes; None without one."""
-    if not task.jerk.asked or task.jerk.slope:
-        return None, cuts
     for _ in range(SHARPENED):
-        mesh = finer(meshed.shape, task.jerk.const)
+        mesh = finer(meshed.shape, task.jerk.at(meshed.value))
         solved, cuts = _on_mesh(task, mesh, cuts, purse) if len(mesh.h) <= MOST_SPANS else (None, cuts)
         if solved is None:
             break
         meshed = solved
-        built = switched(task, meshed.shape)
+        rest, cuts = _shown(task, meshed, cuts, purse)
+        if rest is not None:
+            return rest, cuts
+    return None, cuts
+
+
+def _shown(task: Task, meshed: Solved, cuts: Cuts, purse: SearchPurse) -> tuple[Solved | None, Cuts]:
+    """The law at rest in the build that a mesh shows; None where it shows none."""
+    for build in (switched, ramped):
+        built = build(task, meshed.shape, meshed.value)
         rest = None if built is None else at_rest(task, replace(meshed, shape=built), meshed.shape)
-        if (rest := _proven(task, rest, cuts, purse)) is not None:
-            found = rest.multipliers.cuts
-            return rest, cuts.and_at(found.n, found.angle, found.places)
+        rest, cuts = _proven(task, rest, cuts, purse)
+        if rest is not None:
+            return rest, cuts
     return None, cuts
 
 
@@ -321,9 +328,9 @@ def _on_mesh(
     solved = None
     for _ in range(ROUNDS):
         solved = Programme(task, mesh, cuts, 0.0, 0.0).solve(purse)
-        if solved is None:
+        if solved is None or solved.value > task.most:
             return None, cuts
-        over, further = excess(task, solved.shape, solved.value)
+        over, further = excess(task, solved.shape, solved.value, exact == ROUGH)
         if over <= exact:
             break
         cuts = cuts.and_at(*further)

@@ -9,6 +9,7 @@ whose breaks are near enough to where they belong for Newton's method.
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.motion.optimal.shape import Shape
@@ -48,14 +49,15 @@ def finer(shape: Shape, most: float) -> Shape:
     return Shape(places, np.zeros(len(places)))
 
 
-def switched(task: Task, shape: Shape) -> Shape | None:
-    """The law of jerks at their limit and of holds that a shape on a mesh shows; None where its breaks would meet.
+def switched(task: Task, shape: Shape, value: float) -> Shape | None:
+    """The law of jerks at their limit and of holds that a shape on a mesh shows, `value` being what is least; None
+    where its breaks would meet.
 
     Between two runs of spans at the limit the jerk changes where the accelerations meet, acceleration or velocity is
     held where it is at its limit, or the jerk changes twice where the acceleration says so.
     """
-    most, x, a = task.jerk.const, shape.x, shape.a
-    v, top = shape.states(task.wish.start[0])[1], task.acceleration.const
+    most, x, a = task.jerk.at(value), shape.x, shape.a
+    v, top, fast = shape.states(task.wish.start[0])[1], task.acceleration.at(value), task.velocity.at(value)
     runs = _runs(shape, most)
     if not runs:
         return None
@@ -74,7 +76,7 @@ def switched(task: Task, shape: Shape) -> Shape | None:
     for (_, left, before), (right, _, after) in zip(runs[:-1], runs[1:], strict=True):
         width, rise = float(x[right] - x[left]), float(a[right] - a[left]) / most
         inner, held = slice(left, right + 1), None
-        if before == after and _reached(v[inner], -before, task):
+        if before == after and _at_limit(v[inner], -before, fast, task.wish.monotone).any():
             held = 0.0
         elif before != after and bool((before * a[inner] >= (1.0 - AT_LIMIT) * top).any()):
             held = before * top
@@ -101,6 +103,34 @@ def switched(task: Task, shape: Shape) -> Shape | None:
     return Shape(breaks, levels)
 
 
+def ramped(task: Task, shape: Shape, value: float) -> Shape | None:
+    """The law of the holds that a shape on a mesh shows and of ramps between them at the jerk's limit, where that lets
+    ramps be shorter than a span; None without a hold, or where ramps would meet."""
+    most, x, a, wish = task.jerk.at(value), shape.x, shape.a, task.wish
+    v, top, fast = shape.states(wish.start[0])[1], task.acceleration.at(value), task.velocity.at(value)
+    cruising = _at_limit(v, 1.0, fast, wish.monotone) | _at_limit(v, -1.0, fast, wish.monotone)
+    level = np.where(np.abs(a) >= (1.0 - AT_LIMIT) * top, np.copysign(top, a), np.where(cruising, 0.0, np.nan))
+    edges = np.flatnonzero(np.append(True, level[1:] != level[:-1])).tolist()
+    runs = [(first, after - 1, float(level[first])) for first, after in zip(edges, [*edges[1:], len(level)])]
+    # A velocity that is only touched is no hold.
+    holds = [run for run in runs if abs(run[2]) == top or (run[2] == 0.0 and run[1] > run[0])]
+    last = len(x) - 1
+    states = [(0, 0, float(a[0])), *holds, (last, last, float(a[-1]))]
+    breaks, levels = list[float](), list[float]()
+    for (_, left, before), (right, _, after) in zip(states[:-1], states[1:], strict=True):
+        half = 0.5 * abs(after - before) / most
+        if half == 0.0:
+            continue
+        # What the velocity gains from hold to hold says where the ramp is; at the ends it begins and ends there.
+        middle = float(after * x[right] - before * x[left] - v[right] + v[left]) / (after - before)
+        middle = half if left == 0 else 1.0 - half if right == last else middle
+        breaks += [middle - half, middle + half]
+        levels += [before, after]
+    if not holds or len(breaks) < 4 or np.diff(breaks).min() <= SHORTEST:
+        return None
+    return Shape(np.array([0.0, *breaks[1:-1], 1.0]), np.array(levels))
+
+
 def _runs(shape: Shape, most: float) -> list[tuple[int, int, float]]:
     """Runs of spans whose jerk is at its limit: first and last break and its sense; short ones only at the ends."""
     sense = np.where(np.abs(shape.jerk) >= (1.0 - FULL) * most, np.sign(shape.jerk), 0.0)
@@ -117,9 +147,8 @@ def _opposite(width: float, rise: float, rate: float) -> float:
     return 0.5 * (width - rise / rate)
 
 
-def _reached(v: Floats, sign: float, task: Task) -> bool:
-    """Whether one of velocities (n,) is at its limit upwards (1) or downwards (-1)."""
-    limit = task.velocity.const
-    if sign < 0.0 and task.wish.monotone:
-        return bool((v <= AT_LIMIT).any())
-    return bool((sign * v >= (1.0 - AT_LIMIT) * limit).any())
+def _at_limit(v: Floats, sign: float, limit: float, monotone: bool) -> npt.NDArray[np.bool_]:
+    """Which velocities (n,) are at their limit upwards (1) or downwards (-1)."""
+    if sign < 0.0 and monotone:
+        return v <= AT_LIMIT
+    return sign * v >= (1.0 - AT_LIMIT) * limit

@@ -109,20 +109,23 @@ class Task:
     residual: Bound
     mean: bool = False
     """whether t is the root mean square of the acceleration"""
+    most: float = math.inf
+    """a value beyond which none is sought"""
 
     @classmethod
     def of(cls, wish: Wish, aim: str | None = None) -> Task:
         """The task of a wish; with another aim that quantity, or the factor on all limits, is least instead."""
         aim = aim or wish.aim
         quantity = "acceleration" if aim == "peak-acceleration" else aim
-        bounds = {}
+        bounds = []
         for name in LIMITS:
             limit = getattr(wish, name)
             if aim == ALL:
-                bounds[name] = Bound(0.0, limit) if math.isfinite(limit) else Bound()
+                bounds.append(Bound(0.0, limit) if math.isfinite(limit) else Bound())
             else:
-                bounds[name] = Bound(0.0, 1.0) if name == quantity else Bound(limit)
-        return cls(wish, **bounds, mean=aim == "rms-acceleration")
+                bounds.append(Bound(0.0, 1.0) if name == quantity else Bound(limit))
+        velocity, acceleration, jerk, residual = bounds
+        return cls(wish, velocity, acceleration, jerk, residual, mean=aim == "rms-acceleration")
 
     @property
     def smooth(self) -> bool:
