@@ -54,6 +54,8 @@ class Applied:
     value: Callable[[Floats, Floats, Floats, Floats], Floats]
     factor: float = 1.0
     """by which an operating state multiplies it"""
+    moved: bool = True
+    """whether it hangs on the follower's motion too"""
 
     def __call__(self, theta: ArrayLike, s: ArrayLike = 0.0, v: ArrayLike = 0.0, a: ArrayLike = 0.0) -> Floats:
         """Force at cam angle theta (rad, any turn); broadcast shape of the arguments."""
@@ -75,7 +77,8 @@ class Applied:
 def expression_force(text: str, begin: float, until: float, key: str = "operation.force") -> Applied:
     """A force given by an expression from cam angle `begin` to `until` (rad); past a turn where until < begin."""
     expression: Expression = compile_expression(text, key)
-    return Applied(*_range(begin, until), value=expression)
+    moved = not expression.variables.isdisjoint("sva")
+    return Applied(*_range(begin, until), value=expression, moved=moved)
 
 
 def table_force(theta: ArrayLike, force: ArrayLike, interpolation: Interpolation = "linear") -> Applied:
@@ -98,7 +101,7 @@ def table_force(theta: ArrayLike, force: ArrayLike, interpolation: Interpolation
         x = np.mod(turn - begin, TURN)
         return curve(np.where(x > local[-1] + 1e-12, np.minimum(x - TURN, 0.0), x))
 
-    return Applied(begin, length, tuple(float(x) for x in inner) + ends, at)
+    return Applied(begin, length, tuple(float(x) for x in inner) + ends, at, moved=False)
 
 
 def _range(begin: float, until: float) -> tuple[float, float, tuple[float, ...]]:

@@ -87,6 +87,8 @@ class Demand:
 
     def of(self, one: Applied, theta: Floats, jet: Sequence[Floats] | Floats) -> Floats:
         """One of the applied forces."""
+        if not one.moved:
+            return one(theta)
         return one(theta, jet[0], self.speed * jet[1], self.speed * self.speed * jet[2])
 
 

@@ -112,6 +112,23 @@ def test_a_roller_pressed_beyond_its_wall_has_no_bound_of_pressure() -> None:
         assert (length == 0.0) == (i == 1)
 
 
+def test_a_contact_wider_than_its_roller_is_told_whatever_is_asked() -> None:
+    """Slices are computed where they are asked for, or where a contact may be as wide as its roller."""
+    data, columns = CASES["drum, groove, arm"](np.random.default_rng([2, 7]), 2000)
+    lives = "fatigue.cam_life_h", "fatigue.cam_slice_life_h"
+    few, every = (evaluate(from_data(data), columns, lives[:count]) for count in (1, 2))
+    assert few.words == every.words
+    assert 0 < sum("wider" in word for word in every.words) < 20
+
+
+def test_a_ribs_roller_that_never_presses_has_no_pressure() -> None:
+    """Of two rollers one bears all the turn: what the other one's wall is like says nothing."""
+    data, columns = CASES["drum, rib, arm"](np.random.default_rng(3), 3)
+    found = compare(data, columns | {"operation.spring_preload": np.array([2e4, 4e4, 6e4])})
+    assert not found.wrong
+    assert found.exist == 3
+
+
 def test_of_two_peaks_in_a_piece_the_higher_is_found() -> None:
     """The force on a roller, turned round in the middle of a piece, was that of its first peak, 2.5e-3 lower."""
     data, _ = CASES["drum, groove, arm"](np.random.default_rng(3), 1)

@@ -8,18 +8,18 @@ where there is one.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable
 from functools import partial
 from itertools import combinations
 from math import pi
-from typing import Self, final
+from typing import Any, Self, TypeVar, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camgeom.cams.cylindrical import Cylindrical
 from camgeom.design.batch.legs import FINE
-from camgeom.design.batch.motion import ROUNDS, Ints, Motion, Points, nearer, vertex
+from camgeom.design.batch.motion import REACH, ROUNDS, Ints, Motion, Points, nearer, vertex
 from camgeom.design.batch.variants import Mask, Variants, demand_of
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
@@ -31,23 +31,35 @@ from camgeom.mechanics.load import Demand
 from camgeom.mechanics.pressing import SLICES
 from camgeom.model import ALIKE
 
-TURNS = 4
+TURNS = 3
 """times that flexibilities and slice loads are computed in turn: each leaves about a tenth of the error before"""
 SPARE = 0.2
 """share of a roller that touches at all samples from which on some of it does between them too"""
+NARROW, APART = 0.25, 4
+"""share of a roller's radius above which a half-width at one of every so many samples may be more than it elsewhere"""
 NONE = 1e-9
 """share of a roller that counts as nothing"""
 BESIDE = np.arange(-128, 129, 2)[:, None]
 """fine steps beside the place where least of a roller touches, over which it is asked whether any does"""
-ASIDE = FINE // 16
-"""fine steps on either side of the place that is hardest if all slices are alike flexible, over which the hardest is
-sought first"""
-SHARED = 0.05
-"""share of itself by which the square of a pressure may be off if all slices are alike flexible"""
+LEAST = 1e-20
+"""N; a force below it counts as so much"""
+OFF = 5e-3
+"""share of itself by which the square of a pressure may be off where flexibilities are computed once"""
 TRIALS = ROUNDS + 2
 MOST = 6
 """places in which the hardest contact is looked for, at most"""
 CANNOT = "cannot be built"
+Known = TypeVar("Known")
+Stations = tuple[Floats, Floats]
+"""Places along the roller, shares of what touches, (m, 1, 1), and the shares of it that they stand for, (m,)."""
+_MIDDLES = (np.arange(SLICES) + 0.5) / SLICES
+EVERY: Stations = (
+    np.array([0.0, *_MIDDLES, 1.0])[:, None, None], np.array([0.0, *np.full(SLICES, 1.0 / SLICES), 0.0])
+)  # fmt: skip
+"""The slices' middles, and both ends, which bear no force of their own."""
+_END = (1.0 - 1.0 / SLICES**2) / 6.0
+FEW: Stations = np.array([0.0, 0.5, 1.0])[:, None, None], np.array([_END, 1.0 - 2.0 * _END, _END])
+"""Both ends and the middle, as the slices' middles sum up a cubic."""
 
 
 @final
@@ -65,11 +77,10 @@ class Slices:
 class Hard:
     """The hardest contacts of n variants, (n,) each.
 
-    quoted, slice  largest pressure at the quoted radius and of all slices, MPa
-    curvature, touching  relative curvature, 1/mm, and the length that touches, mm, at the hardest slice
+    slice  largest pressure of all slices and both ends, MPa
+    curvature, touching  relative curvature, 1/mm, and the length that touches, mm, there
     """
 
-    quoted: Floats
     slice: Floats
     curvature: Floats
     touching: Floats
@@ -77,12 +88,7 @@ class Hard:
     @property
     def figures(self) -> tuple[Floats, ...]:
         """All of it in turn."""
-        return self.quoted, self.slice, self.curvature, self.touching
-
-    @property
-    def peak(self) -> Floats:
-        """The larger of both pressures, MPa."""
-        return np.maximum(self.slice, self.quoted)
+        return self.slice, self.curvature, self.touching
 
     def half_width(self, pair: Floats) -> Floats:
         """Of the hardest slice's contact, mm, of bodies with a compliance of both, 1/MPa."""
@@ -107,8 +113,18 @@ class Axial(ABC):
         assert isinstance(variants.profile.cam, Cylindrical)
         self.rib = variants.profile.cam.form == "rib"
         """Whether two rollers embrace a rib."""
+        self._known: dict[tuple[Hashable, Points], Any] = {}
         # Without a wall at the pitch radius the contact is quoted in the middle of what has one.
         self.quoted = np.where((self.low <= self.pitch) & (self.pitch <= self.radius), self.pitch, self.middle)
+
+    def once(self, key: Hashable, points: Points, what: Callable[[], Known]) -> Known:
+        """Something of points, which is kept, by a key, of the samples: they come again."""
+        if points not in vars(self.motion).get("parts", ()):
+            return what()
+        if (key, points) not in self._known:
+            self._known[key, points] = what()
+        found: Known = self._known[key, points]
+        return found
 
     def of(self, rows: Ints) -> Self:
         """Those of these variants, each as often as it is named."""
@@ -234,15 +250,17 @@ class Axial(ABC):
         rest *= self.roller
         return np.asarray((1.0 + twist2) / rest)
 
-    def over(self, what: Callable[[Floats, Points], Floats], places: Floats, values: Floats) -> Floats:
-        """Largest of a quantity over the turn and over places along the roller (k, n), (n,); values: at the samples."""
+    def over(
+        self, what: Callable[[Floats, Points], Floats], places: Floats, values: Floats, motion: Motion
+    ) -> Floats:
+        """Largest of a quantity over a motion and over places along the roller (k, n), (n,); values: at the samples."""
         found = []
-        piece, step, _ = self.motion.tops(values)
+        piece, step, _ = motion.tops(values)
         for top in zip(piece, step):
-            near = self.motion.around(*top)
-            height = np.stack([what(place, near)[1] for place in places])
-            best = np.broadcast_to(places, height.shape)[height.argmax(axis=0), np.arange(self.motion.size)]
-            found.append(self.motion.laid(partial(what, best), *top)[1])
+            near = motion.at(top[0], top[1][None])
+            height = np.stack([what(place, near)[0] for place in places])
+            best = np.broadcast_to(places, height.shape)[height.argmax(axis=0), np.arange(motion.size)]
+            found.append(motion.laid(partial(what, best), *top)[1])
         return np.asarray(np.max(found, axis=0))
 
     # Load
@@ -259,12 +277,8 @@ class Axial(ABC):
 
     def force(self, points: Points) -> Floats:
         """Force, or torque, that the follower needs, N or N mm."""
-        return self.demand.force(points.theta, (points.s, points.ds, points.dds), points.side)[0]
-
-    @cached_property
-    def sampled_force(self) -> Floats:
-        """At the samples of the motion."""
-        return self.force(self.motion.samples)
+        jet = points.s, points.ds, points.dds
+        return self.once("force", points, lambda: self.demand.force(points.theta, jet, points.side)[0])
 
     @cached_property
     def peak_force(self) -> Floats:
@@ -272,22 +286,21 @@ class Axial(ABC):
         forces = []
         for way in self.ways:
 
-            def normal(points: Points, force: Floats | None = None, way: float = way) -> Floats:
-                force = self.force(points) if force is None else force
+            def normal(points: Points, way: float = way) -> Floats:
+                force = self.force(points)
                 return _only(way, force, np.abs(self.normal(points, way, force, self.quoted)))
 
-            forces.append(self.motion.largest(normal, normal(self.motion.samples, self.sampled_force), self.guided))
+            forces.append(self.motion.largest(normal, bent=self.guided))
         return np.asarray(np.max(forces, axis=0))
 
     @cached_property
     def peak_torque(self) -> Floats:
         """Largest torque of the camshaft, N m."""
 
-        def torque(points: Points, force: Floats | None = None) -> Floats:
-            force = self.force(points) if force is None else force
-            return np.abs(self.pushed(points, force) * points.ds)
+        def torque(points: Points) -> Floats:
+            return np.abs(self.pushed(points, self.force(points)) * points.ds)
 
-        return MILLI * self.motion.largest(torque, torque(self.motion.samples, self.sampled_force), self.guided)
+        return MILLI * self.motion.largest(torque, bent=self.guided)
 
     @cached_property
     def mean_torque(self) -> Floats:
@@ -331,116 +344,168 @@ class Axial(ABC):
 
     def square(self, points: Points, way: float, force: Floats) -> Floats:
         """Square of the pressure at the quoted radius, MPa²."""
-        normal = self.normal(points, way, force, self.quoted)
-        k = self.wall(points, way, np.copysign(1.0, normal), self.quoted)[1]
-        k *= np.abs(normal)
-        return np.asarray(k / (self.length * pi * self.pair))
+        lever, k = self.wall(points, way, np.copysign(1.0, force), self.quoted)
+        size = np.abs(self.normal(points, way, force, self.quoted)) if self.guided else np.abs(force) / lever
+        return np.asarray(k * size / (self.length * pi * self.pair))
 
     @property
     def pressure(self) -> Floats:
         """Largest pressure at the quoted radius, MPa, of the hardest pressed roller."""
-        return self.hardest.quoted
+        return np.where(self._mine, self._quoted[0], self._quoted[-1]) if self.rib else self._quoted[0]
 
-    def slices(self, points: Points, way: float, force: Floats, which: Sequence[int] | None = None) -> Slices:
-        """The contact of slices that approach alike (default all of them); with `which`, as if alike flexible."""
+    def _walled(self, points: Points, way: float, force: Floats, share: Floats) -> tuple[Floats, ...]:
+        """Lever and relative curvature, 1/mm, at shares (m, 1, 1) of what touches of the wall that a force presses, the
+        length that touches, mm, and the force over it."""
         force = self.pushed(points, force)
         up = np.copysign(1.0, force)
         # Where no force presses there may be no wall: what is left of it is not zero.
         touching = np.clip(self.reach(points, way, up), NONE * self.length, self.length)
-        share = (np.arange(SLICES) if which is None else np.array(which)) + 0.5
-        lever, k = self.wall(points, way, up, self.low + touching * (share[:, None, None] / SLICES))
+        lever, k = self.wall(points, way, up, self.low + touching * share)
         k = np.where(k > 0.0, k, 1.0 / self.roller)
-        size, width = np.abs(force), touching / SLICES
-        if which is not None:
-            # The lever's square along the line by Simpson's rule.
-            one, two, three = (self.lever2(points, way, self.low + x * touching) for x in (0.0, 0.5, 1.0))
-            line = size * lever / (touching * (one + 4.0 * two + three) / 6.0)
-        else:
-            line = np.broadcast_to(size / (width * lever.sum(axis=0)), lever.shape)
-            least = np.maximum(1e-6 * line, 1e-30)
-            for _ in range(TURNS):
-                line = self._shared(line, least, k, lever, size, width)
+        return lever, k, touching, np.maximum(np.abs(force), LEAST) / touching
+
+    def ends(self, points: Points, way: float, force: Floats) -> Slices:
+        """The contact at both ends, its square within OFF: they are more or less flexible than the middle by
+        the logarithm of load over curvature, x, of which (y - x) / (y + x) is half."""
+        lever, k, touching, over = self._walled(points, way, force, FEW[0][::2])
+        x = lever / k
+        more = (x[1] - x[0]) / (x[1] + x[0]) * self._softer
+        stiff = lever / np.stack([1.0 - more, 1.0 + more])
+        outer = stiff * lever
+        middle = (1.0 - 2.0 * _END) * self.lever2(points, way, self.low + 0.5 * touching)
+        over = over / (_END * (outer[0] + outer[1]) + middle)
+        return Slices(stiff * k * (over / (pi * self.pair)), k, touching)
+
+    def slices(self, points: Points, way: float, force: Floats, stations: Stations, turns: int) -> Slices:
+        """The contact at places along the roller that approach alike, each by its own flexibility."""
+        share, weight = stations
+        lever, k, touching, over = self._walled(points, way, force, share)
+        line = self._together(lever, lever, weight, over)
+        for _ in range(turns):
+            soft = self._soft[0] + self._soft[1] * np.log(line / k)
+            line = self._together(lever / soft, lever, weight, over)
         return Slices(line * k / (pi * self.pair), k, touching)
 
-    def _shared(self, line: Floats, least: Floats, k: Floats, lever: Floats, size: Floats, width: Floats) -> Floats:
-        """Load per length of slices (m, P, n) whose flexibility is that under a load per length; see `share_load`."""
-        half = 2.0 * np.sqrt(np.maximum(line, least) * self.pair / (pi * k))
-        far = np.log(4.0 * self.roller / half)
-        soft = flexibility(far, far, self.compliance("roller"), self.compliance("cam"),
-                           self.variants.number("material.cam.poisson"))  # fmt: skip
-        stiff = lever / soft
-        return np.asarray(stiff * (size / (width * (stiff * lever).sum(axis=0))))
+    @cached_property
+    def _softer(self) -> Floats:
+        """By which share a contact is more flexible for a unit of that logarithm, under about the largest force."""
+        still, more = self._soft
+        return np.asarray(more / (still + more * np.log(self.peak_force * self.roller / self.length)))
+
+    @staticmethod
+    def _together(stiff: Floats, lever: Floats, weight: Floats, over: Floats) -> Floats:
+        """Loads per length, as places are stiff along their levers, that carry a force `over` the length together."""
+        return np.asarray(stiff * (over / np.einsum("i,ijk,ijk->jk", weight, stiff, lever)))
+
+    @cached_property
+    def _soft(self) -> tuple[Floats, Floats]:
+        """Of a line contact's flexibility, which is linear in the logarithm of its load per length over its relative
+        curvature: what does not change with it and what it is multiplied by; see `line_flexibility`."""
+        bodies = self.compliance("roller"), self.compliance("cam"), self.variants.number("material.cam.poisson")
+        still, more = (flexibility(far, far, *bodies) for far in (np.zeros(1), np.ones(1)))
+        more -= still
+        # Of 4 r over the half-width, 2 sqrt(load pair / (pi k)).
+        return still + more * (np.log(2.0 * self.roller) - 0.5 * np.log(self.pair / pi)), -0.5 * more
 
     @cached_property
     def hardest(self) -> Hard:
         """The hardest contact: of a rib's rollers, one pressed upwards and one downwards, that of the harder."""
         if not self.rib:
             return self._hards[0]
-        lower, upper = self._hards
-        mine = lower.peak >= (1.0 - ALIKE) * np.maximum(lower.peak, upper.peak)
-        return Hard(*(np.where(mine, one, other) for one, other in zip(lower.figures, upper.figures)))
+        return Hard(*(np.where(self._mine, *both) for both in zip(*(one.figures for one in self._hards))))
+
+    @cached_property
+    def _mine(self) -> Mask:
+        """Whether of a rib's rollers the first is the harder one."""
+        first, second = self._peaks
+        return np.asarray(first >= (1.0 - ALIKE) * np.maximum(first, second))
+
+    @property
+    def _peaks(self) -> list[Floats]:
+        """The largest pressure of every roller, MPa, of all slices and the quoted place."""
+        return [np.maximum(one.slice, quoted) for one, quoted in zip(self._hards, self._quoted)]
 
     @cached_property
     def _hards(self) -> tuple[Hard, ...]:
         """Of every roller."""
         return tuple(self._hard(way) for way in self.ways)
 
+    @cached_property
+    def _quoted(self) -> tuple[Floats, ...]:
+        """Largest pressure at the quoted radius, MPa, of every roller."""
+        found = []
+        for way in self.ways:
+
+            def square(points: Points, way: float = way) -> Floats:
+                force = self.force(points)
+                return _only(way, force, self.square(points, way, force))
+
+            found.append(self.motion.largest(square, bent=self.guided))
+        return tuple(np.sqrt(np.maximum(one, 0.0)) for one in found)
+
     @property
     def wearing(self) -> Floats:
         """Largest pressure at the quoted radius, MPa, of any roller: what the cam's life is quoted with."""
-        return np.asarray(np.max([one.quoted for one in self._hards], axis=0))
+        return np.asarray(np.max(self._quoted, axis=0))
 
     def _hard(self, way: float) -> Hard:
         """The hardest contact of the roller that pushes the follower up, 1, down, -1, or either way, 0."""
-        on, force = self.motion, self.sampled_force
-
-        def square(points: Points) -> Floats:
+        found = []
+        for points in self.motion.parts:
             force = self.force(points)
-            return _only(way, force, self.square(points, way, force))
+            near = self.ends(points, way, force)
+            found.append((*_only(way, force, near.square), near.touching))
+        inner, outer, touching = (np.concatenate(one) for one in zip(*found))
+        lost = self._lost(way, touching)
+        # Either end of the roller may be the harder one.
+        square, k, touching = self._sought(way, *self.motion.tops(np.stack([inner, outer]), MOST, OFF))
+        slices = np.where(lost, np.inf, np.sqrt(np.maximum(square, 0.0)))
+        return Hard(slices, np.where(lost, 1.0 / self.roller, k), np.where(lost, 0.0, touching))
 
-        quoted = on.largest(square, _only(way, force, self.square(on.samples, way, force)), self.guided)
-        few = self.slices(on.samples, way, force, self.tried)
-        lost = self._lost(way, few.touching)
-        # How the load is shared moves the hardest place along its piece, and either end may be the harder one.
-        piece, step, tried = on.tops(_only(way, force, few.square), MOST, SHARED)
-        value, k, touching = self._sought(way, piece, step, tried)
-        slices = np.where(lost, np.inf, np.sqrt(np.maximum(value, 0.0)))
-        k, touching = np.where(lost, 1.0 / self.roller, k), np.where(lost, 0.0, touching)
-        return Hard(np.sqrt(np.maximum(quoted, 0.0)), slices, k, touching)
-
-    def _sought(self, way: float, piece: Ints, step: Ints, tried: Mask) -> tuple[Floats, Floats, Floats]:
+    def _sought(self, way: float, piece: Ints, step: Ints, tried: Mask) -> Floats:
         """Square of the largest pressure about places (k, n) that are tried, MPa², relative curvature, 1/mm, and the
-        length that touches there, mm, (n,) each."""
+        length that touches there, mm, (3, n)."""
         for i, j in combinations(range(len(tried)), 2):
             # Both ends of a roller are as hard at about the same place.
-            tried[j] &= ~(tried[i] & (piece[i] == piece[j]) & (np.abs(step[i] - step[j]) <= ASIDE))
+            tried[j] &= ~(tried[i] & (piece[i] == piece[j]) & (np.abs(step[i] - step[j]) <= REACH))
         _, variant = np.nonzero(tried)
-        found = np.full((3, len(variant)), -np.inf)
-        rows, part, reach = np.arange(len(variant)), self.of(variant), np.full(len(variant), ASIDE)
-        piece, step = piece[tried], np.clip(step[tried], ASIDE, FINE - ASIDE)
+        value, place = self._tops(way, variant, piece[tried], step[tried])
+        best = np.full(self.motion.size, -np.inf)
+        np.maximum.at(best, variant, value)
+        left = value >= (1.0 - 2.0 * OFF) * best[variant]
+        tried[tried] = left
+        part, piece = self.of(variant[left]), piece[tried]
+        points = part.motion.at(piece, place[left][None])
+        force = part.force(points)
+        near = part.slices(points, way, force, EVERY, TURNS)
+        square = _only(way, force, near.square)[:, 0]
+        which = square.argmax(axis=0), np.arange(len(piece))
+        every = np.full((3, *tried.shape), -np.inf)
+        every[:, tried] = square[which], near.curvature[:, 0][which], near.touching[0]
+        return np.asarray(every[:, every[0].argmax(axis=0), np.arange(self.motion.size)])
+
+    def _tops(self, way: float, variant: Ints, piece: Ints, step: Ints) -> tuple[Floats, Floats]:
+        """Square of the largest pressure about places, MPa², within OFF, and the fine step where it is, (N,)."""
+        value, place = np.empty((2, len(variant)))
+        rows, part, reach = np.arange(len(variant)), self.of(variant), np.full(len(variant), REACH)
         for _ in range(TRIALS):
             points = part.motion.at(piece, step + reach * np.array([[-1], [0], [1]]))
             force = part.force(points)
-            near = part.slices(points, way, force)
-            values = _only(way, force, near.square.max(axis=0))
-            at, value = vertex(*values)
-            which = near.square[:, 1].argmax(axis=0), slice(None), np.arange(len(rows))
-            found[:, rows] = value, *(one[1] + 0.5 * at * (one[2] - one[0])
-                                      for one in (near.curvature[which].T, near.touching))  # fmt: skip
+            values = _only(way, force, part.slices(points, way, force, FEW, 1).square.max(axis=0))
+            at, top = vertex(*values)
+            value[rows], place[rows] = top, step + at * reach
             more, moved, closer = nearer(values, at, step, reach)
             # Twice what a parabola can stand above its samples: others that cannot be harder stay as they are.
-            doubt, sure = 0.25 * np.abs(values[0] - 2.0 * values[1] + values[2]), np.full(self.motion.size, -np.inf)
-            np.maximum.at(sure, variant, value - doubt)
-            left = np.flatnonzero(more & ((value + doubt >= sure[variant]) | (np.abs(at) >= 1.0)))
+            doubt = 0.25 * np.abs(values[0] - 2.0 * values[1] + values[2]) + OFF * top
+            sure = np.full(self.motion.size, -np.inf)
+            np.maximum.at(sure, variant, top - doubt)
+            left = np.flatnonzero(more & ((top + doubt >= sure[variant]) | (np.abs(at) >= 1.0)))
             if not left.size:
                 break
             rows, variant, piece, step, reach, part = (
                 rows[left], variant[left], piece[left], moved[left], closer[left], part.of(left)
             )
-        every = np.full((3, *tried.shape), -np.inf)
-        every[:, tried] = found
-        value, k, touching = every[:, every[0].argmax(axis=0), np.arange(self.motion.size)]
-        return value, k, touching
+        return value, place
 
     def _lost(self, way: float, touching: Floats) -> NDArray[np.bool_]:
         """Whether the roller is pressed where it has no wall at all, so that its pressure has no bound.
@@ -448,8 +513,8 @@ class Axial(ABC):
         touching  length that touches at the samples, mm
         """
 
-        def least(points: Points, force: Floats | None = None) -> Floats:
-            force = self.force(points) if force is None else force
+        def least(points: Points) -> Floats:
+            force = self.force(points)
             spare = -self.reach(points, way, np.copysign(1.0, force))
             return np.where((force != 0.0) & ((way == 0.0) | (np.copysign(1.0, force) == way)), spare, -self.length)
 
@@ -457,24 +522,37 @@ class Axial(ABC):
         if np.all(touching > SPARE * self.length):
             return np.zeros(self.variants.size, dtype=bool)
         # Where the force changes walls the reach jumps, so that no parabola finds the least of it.
-        piece, step = (each[0] for each in on.tops(least(on.samples, self.sampled_force))[:2])
+        piece, step = (each[0] for each in on.tops(on.spread(least))[:2])
         return np.asarray((least(on.at(piece, np.clip(step + BESIDE, 0, FINE))) > 0.0).any(axis=0))
 
     @property
-    def tried(self) -> tuple[int, ...]:
-        """Slices of which one is the hardest: where it presses most is sought with these."""
-        return 0, SLICES - 1
+    def too_wide(self) -> Mask:
+        """Whether a contact is wider than its roller: of what touches hardly anywhere."""
+        rows = np.arange(self.variants.size) if "_hards" in vars(self) else np.flatnonzero(~self._narrow)
+        found = np.zeros(self.variants.size, dtype=bool)
+        if rows.size:
+            some = self if rows.size == len(found) else self.of(rows)
+            wide = [(one.half_width(some.pair) > some.roller) & np.isfinite(one.slice) for one in some._hards]
+            found[rows] = np.any(wide, axis=0)
+        return found
 
     @property
-    def too_wide(self) -> NDArray[np.bool_]:
-        """Whether a contact is wider than its roller: of what touches hardly anywhere."""
-        wide = [(one.half_width(self.pair) > self.roller) & np.isfinite(one.slice) for one in self._hards]
-        return np.asarray(np.any(wide, axis=0))
+    def _narrow(self) -> Mask:
+        """Whether contacts are so much narrower than the roller at some samples, and so much of it touches, that none
+        can be wider."""
+        found = np.ones(self.variants.size, dtype=bool)
+        points = self.motion.samples.of(slice(None, None, APART))
+        force = self.force(points)
+        for way in self.ways:
+            near = self.ends(points, way, force)
+            wide = _only(way, force, near.square) > (0.5 * NARROW * self.roller * near.curvature / self.pair) ** 2
+            found &= ~wide.any(axis=(0, 1)) & (near.touching > SPARE * self.length).all(axis=0)
+        return found
 
     @property
     def peak_slice(self) -> Floats:
         """Largest pressure of all slices and the quoted place, MPa."""
-        return self.hardest.peak
+        return np.asarray(np.max(self._peaks, axis=0))
 
     @property
     def half_width(self) -> Floats:

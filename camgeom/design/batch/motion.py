@@ -30,6 +30,8 @@ NEAR = 2
 """the same where a quantity falls off by more than STEEP of itself within REACH"""
 TOPS = 3
 """pieces in which the largest of a quantity is computed again"""
+PART = 16384
+"""numbers of a quantity at samples that are computed at once: what arises on the way stays in the cache"""
 STEEP = 1e-3
 ROUNDS = 4
 SCAN, SCANNED = 10, (FINE // 64, 2)
@@ -52,7 +54,7 @@ class Points:
     dds: Floats
     side: Floats
 
-    def of(self, rows: Ints) -> Points:
+    def of(self, rows: Ints | slice) -> Points:
         """These samples alone."""
         return Points(self.theta[rows], self.s[rows], self.ds[rows], self.dds[rows], self.side[rows])
 
@@ -99,6 +101,15 @@ class Motion:
     def order(self) -> Ints:
         """The pieces in the order of the cam angle."""
         return np.array(sorted(range(len(self.rows)), key=lambda i: self.rows[i][:2]))
+
+    @cached_property
+    def halves(self) -> Motion:
+        """The same without what loads cut, and of moves that end as they begin the first half alone: for what hangs on
+        the squares of velocity and acceleration alone."""
+        found = Motion(self.legs, self.size)
+        even = [leg.shape.even for leg in self.legs]
+        vars(found)["rows"] = tuple(row for row in found.rows if row[1] < 0.5 or not even[row[0]])
+        return found
 
     def _rests(self, leg: int) -> bool:
         return self.legs[leg].shape.dwells and not self.busy
@@ -157,6 +168,17 @@ class Motion:
         side = np.sign(lift * f[1][:, count // 2, None]) + 0.0 * f[1]
         jets = (begin + long * share, before + lift * f[0], (lift / width) * f[1], (lift / width**2) * f[2], side)
         return Points(*(self._laid(x) for x in jets))
+
+    @cached_property
+    def parts(self) -> dict[Points, slice]:
+        """These samples, a few of them at a time, and which they are."""
+        count, rows = len(self.samples.s), max(1, PART // self.size)
+        each = [slice(first, first + rows) for first in range(0, count, rows)]
+        return {self.samples.of(some): some for some in each}
+
+    def spread(self, what: Callable[[Points], Floats]) -> Floats:
+        """A quantity of points at the samples, (P, n) or (P, 1)."""
+        return np.concatenate([what(points) for points in self.parts])
 
     def _laid(self, values: Floats) -> Floats:
         """(K, samples of a piece, n) as samples (P, n): one of a piece that rests."""
@@ -285,7 +307,7 @@ class Motion:
 
         bent  whether it may have bends between samples: it is then looked at more closely on both sides of them
         """
-        values = again(self.samples) if values is None else values
+        values = self.spread(again) if values is None else values
         found = self.laid(again, *self.sought(again, values, bent))[1]
         return np.asarray(np.maximum(found.max(axis=0), values.max(axis=0)))
 

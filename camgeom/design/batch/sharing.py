@@ -87,11 +87,7 @@ class Sharing:
 
         total = np.bincount(place, second, shape[0] * size).reshape(shape)
         scale = np.divide(np.abs(torque), total, out=np.zeros_like(total), where=total > 0.0)
-        share = cam.length / SLICES
-        nearest = cam.low + share * np.floor((begin - cam.low) / share + 1.0)
-        farthest = cam.low + share * np.ceil((stop - cam.low) / share - 1.0)
-        squares = _square(cam, seat, 0.5 * (begin + np.minimum(nearest, stop)), side)
-        squares = np.maximum(squares, _square(cam, seat, 0.5 * (np.maximum(farthest, begin) + stop), side))
+        squares = np.maximum(*(_square(cam, seat, end, side) for end in (begin, stop)))
         scaled = scale / (pi * self.cam.pair)
         middle, holds = np.zeros(1), [held[2]]
         if "middle" in self.cam.asked:
@@ -126,14 +122,16 @@ class Sharing:
         torque, shape = self.cam.torque(points), points.s.shape
         side = np.where(torque >= 0.0, self.cam.pushing, -self.cam.pushing)
         held = self.cam.held(self.cam.seat(points, offsets[:, None, None]), side, self.cam.touched)
-        # From here on only rollers that bear, (N,), and their slices, (SLICES, N).
+        # From here on only rollers that bear, (N,), and their slices, both ends of what touches among them.
         roller, row, variant = np.nonzero(held[2])
         cam, place = self.cam.of(variant), row * shape[1] + variant
         near, side, size = points.flat(place, shape[1]), side.reshape(-1)[place], np.abs(torque).reshape(-1)
         begin, stop = (end.reshape(len(offsets), -1)[roller, place] for end in held[:2])
         edges = cam.low + (cam.length / SLICES) * np.arange(SLICES + 1.0)[:, None]
-        first, last = np.maximum(begin, edges[:-1]), np.minimum(stop, edges[1:])
-        cover = np.maximum(last - first, 0.0)
+        first = np.concatenate([begin[None], np.maximum(begin, edges[:-1]), stop[None]])
+        last = np.concatenate([begin[None], np.minimum(stop, edges[1:]), stop[None]])
+        cover, bears = np.maximum(last - first, 0.0), last > first
+        bears[[0, -1]] = True
         line = cam.line(cam.seat(near, offsets[roller]), 0.5 * (first + last))
         turned = cam.roller * cam.roller * line.twist2
         k = (1.0 + turned) / (cam.roller * (1.0 - cam.roller * side * line.bend - turned))
@@ -160,9 +158,9 @@ class Sharing:
             far = widest - 0.5 * np.log(np.maximum(load, least) * cam.pair / (pi * k))
             stiff = line.lever / (still + more * far)
             load = stiff * together(weight * stiff)
-        load = np.where(cover > 0.0, load, 0.0)
+        load = np.where(bears, load, 0.0)
         square = load * pressing
-        return largest(square.max(axis=0)), largest(square[SLICES // 2]), largest((load * cover).sum(axis=0))
+        return largest(square.max(axis=0)), largest(square[1 + SLICES // 2]), largest((load * cover).sum(axis=0))
 
     @cached_property
     def pressed(self) -> Pressed:

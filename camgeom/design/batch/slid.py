@@ -88,18 +88,24 @@ class Slid(Axial):
         return bent
 
     def _worst(self, what: Callable[[Floats, Points], Floats], low: Floats) -> Floats:
-        """Largest of a quantity over the turn and over the stations from `low` to the land, (n,)."""
-        motion = self.motion
-        if np.all(self.motion.peaks[0] <= STEEP * low):
+        """Largest of a quantity over the turn and over the stations from `low` to the land, (n,): walls are alike where
+        a move is turned about its middle."""
+        motion = self.motion.halves
+        if np.all(motion.peaks[0] <= STEEP * low):
             return motion.largest(partial(what, low))
         share = np.linspace(0.0, 1.0, STATIONS)
         radii = low + (self.radius - low) * share[:, None]
-        values = np.array(what(low, motion.samples))
-        # The others matter on steep flanks alone.
-        rows = np.flatnonzero((np.abs(motion.samples.ds) > STEEP * low).any(axis=1))
-        steep = motion.samples.of(rows)
-        values[rows] = np.max([values[rows], *(what(radius, steep) for radius in radii[[STATIONS // 2, -1]])], axis=0)
-        return self.over(what, radii, values)
+
+        def worst(points: Points) -> Floats:
+            values = what(low, points)
+            # The others matter on steep flanks alone.
+            rows = np.flatnonzero((np.abs(points.ds) > STEEP * low).any(axis=1))
+            if rows.size:
+                steep = points.of(rows)
+                values[rows] = np.max([values[rows], *(what(one, steep) for one in radii[[STATIONS // 2, -1]])], axis=0)
+            return values
+
+        return self.over(what, radii, motion.spread(worst), motion)
 
     @cached_property
     def margin(self) -> Floats:
@@ -166,8 +172,8 @@ class Slid(Axial):
         """Where the guides' friction takes all of a force."""
         if not self.guided:
             return np.zeros(1, dtype=bool)
-        share = self._share(self.motion.samples, self.sampled_force, self.middle)
-        return np.asarray((share <= 0.0).any(axis=0))
+        jams = (self._share(points, self.force(points), self.middle) <= 0.0 for points in self.motion.parts)
+        return np.asarray(np.any([one.any(axis=0) for one in jams], axis=0))
 
     def pushed(self, points: Points, force: Floats) -> Floats:
         """With the friction that the side thrust in the middle of the contact makes."""

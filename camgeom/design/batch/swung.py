@@ -115,11 +115,7 @@ class Swung(Axial):
 
     def _at(self, points: Points, way: float) -> Arm:
         """The roller that pushes up, 1, or down, -1, of a rib, or that of a groove, 0."""
-        return self._sampled[way] if points is vars(self.motion).get("samples") else self._carried(points, way)
-
-    @cached_property
-    def _sampled(self) -> dict[float, Arm]:
-        return {way: self._carried(self.motion.samples, way) for way in self.ways}
+        return self.once(way, points, lambda: self._carried(points, way))
 
     def _carried(self, points: Points, way: float) -> Arm:
         beta = points.s + (self.start + way * self.ahead)
@@ -211,15 +207,20 @@ class Swung(Axial):
         return np.asarray(np.max([self._worst_of(partial(what, way), low, way) for way in self.ways], axis=0))
 
     def _worst_of(self, what: Callable[[Floats, Points], Floats], low: Floats, way: float) -> Floats:
-        motion, radii = self.motion, low + (self.radius - low) * np.linspace(0.0, 1.0, STATIONS)[:, None]
-        samples, arm = motion.samples, self._at(motion.samples, way)
-        values = np.array(what(low, samples))
-        # The others matter on steep flanks alone.
-        rows = np.flatnonzero((np.abs(arm.dz) > STEEP * (low - self.sense * arm.dy)).any(axis=1))
-        if rows.size:
-            steep = samples.of(rows)
-            values[rows] = np.max([values[rows], *(what(one, steep) for one in radii[[STATIONS // 2, -1]])], axis=0)
-        return self.over(what, radii if rows.size else radii[[0, -1]], values)
+        radii, steeps = low + (self.radius - low) * np.linspace(0.0, 1.0, STATIONS)[:, None], False
+
+        def worst(points: Points) -> Floats:
+            nonlocal steeps
+            values, arm = what(low, points), self._at(points, way)
+            # The others matter on steep flanks alone.
+            rows = np.flatnonzero((np.abs(arm.dz) > STEEP * (low - self.sense * arm.dy)).any(axis=1))
+            if rows.size:
+                steeps, steep = True, points.of(rows)
+                values[rows] = np.max([values[rows], *(what(one, steep) for one in radii[[STATIONS // 2, -1]])], axis=0)
+            return values
+
+        values = self.motion.spread(worst)
+        return self.over(what, radii if steeps else radii[[0, -1]], values, self.motion)
 
     @cached_property
     def margin(self) -> Floats:
