@@ -22,8 +22,8 @@ from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.drum import EndFaceRing
+from camgeom.track.column import Column, cylinder_level
 from camgeom.track.flank import Flank
-from camgeom.track.section import Column, cylinder_level
 
 Index = npt.NDArray[np.int64]
 LAYER = 0.3

@@ -21,9 +21,9 @@ from camgeom.solid.blank import Bore
 from camgeom.solid.drum import GroovedCylinder
 from camgeom.solid.prism import FaceGroove, GroovedPlate
 from camgeom.track import TURN, Straight, Track
+from camgeom.track.column import Column
 from camgeom.track.flank import Flank
 from camgeom.track.outline import CircleOutline
-from camgeom.track.section import Column
 
 STEPS = 40
 FLATTEST = 0.05

@@ -25,8 +25,8 @@ from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.drum import RibbedCylinder, height_above, on_cylinder
 from camgeom.track import TURN
+from camgeom.track.column import Column, cylinder_level
 from camgeom.track.flank import Flank
-from camgeom.track.section import Column, cylinder_level
 
 Index = npt.NDArray[np.int64]
 GROWTH = 1.4

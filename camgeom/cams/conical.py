@@ -21,9 +21,9 @@ from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Wall
 from camgeom.solid.mechanism import Drive, Drum, Measure, Mechanism
 from camgeom.track import Slide, Track
+from camgeom.track.column import Level, outside_level
 from camgeom.track.follower import AnyRoller, Setup, SphereRoller, TranslatingFollower
 from camgeom.track.runout import Within
-from camgeom.track.section import Level, outside_level
 
 STEEPEST = 85.0
 """deg; a steeper cone is a disc with a groove in its face"""

@@ -29,8 +29,8 @@ from camgeom.track.follower import (
 )
 
 if TYPE_CHECKING:
+    from camgeom.track.column import Level
     from camgeom.track.runout import Within
-    from camgeom.track.section import Level
 
 
 @final
@@ -329,7 +329,7 @@ class CylindricalMechanism(Mechanism):
         return self._cylinder(self.cam.radius)
 
     def _cylinder(self, radius: float) -> "tuple[Level, float]":
-        from camgeom.track.section import cylinder_level
+        from camgeom.track.column import cylinder_level
 
         return cylinder_level(radius), radius
 

@@ -24,8 +24,8 @@ from camgeom.solid.blank import Blank, Wall
 from camgeom.solid.mechanism import Drive, Drum, Mechanism, Turret
 from camgeom.solid.turret import TurretBody
 from camgeom.track import Swing, Track
+from camgeom.track.column import cylinder_level
 from camgeom.track.follower import AnyRoller, Setup, SphereRoller, TurretFollower
-from camgeom.track.section import cylinder_level
 from camgeom.track.turret import turret_tracks
 
 

@@ -23,6 +23,7 @@ from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Wall
 from camgeom.solid.mechanism import Carrier, Drive, Drum, Measure, Mechanism
 from camgeom.track import TURN, Arc, Meridian, Track, cone_slope
+from camgeom.track.column import Column, Level, cylinder_level
 from camgeom.track.follower import (
     AnyRoller,
     ConeRoller,
@@ -34,7 +35,6 @@ from camgeom.track.follower import (
     TranslatingFollower,
 )
 from camgeom.track.runout import Within
-from camgeom.track.section import Column, Level, cylinder_level
 
 if TYPE_CHECKING:
     from camgeom.solid.bell import GroovedRing

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from camgeom.mechanics.duty import Duty
     from camgeom.model import Model
     from camgeom.track import Track
-    from camgeom.track.section import Level
+    from camgeom.track.column import Level
 
 PER_TURN = 720
 
@@ -103,7 +103,7 @@ def contact_length(model: Model) -> Iterable[Finding]:
 
 def _lengths(track: Track, phi: Floats, top: Level, near: float) -> Floats:
     """Length of flank beside a roller's contact stretch at cam angles (n,), mm; not positive: none."""
-    from camgeom.track.section import Column
+    from camgeom.track.column import Column
 
     low, high = sorted(track.contact)
     column = Column(track, phi)

@@ -34,10 +34,10 @@ from camgeom.solid.frame import FramePlate
 from camgeom.solid.mechanism import Drum
 from camgeom.solid.prism import GroovedPlate, Loop, Prism
 from camgeom.track import TURN, Arc, Swing, Track
+from camgeom.track.column import ConeLevel
 from camgeom.track.developed import developed, drum_radii, rolled_out
 from camgeom.track.follower import TurretFollower
 from camgeom.track.outline import CircleOutline, Outline, ParallelOutline
-from camgeom.track.section import ConeLevel
 
 if TYPE_CHECKING:
     from camgeom.model import Model

@@ -34,7 +34,7 @@ from camgeom.solid.drum import (
     wall_between,
 )
 from camgeom.track import TURN, Track
-from camgeom.track.section import Column
+from camgeom.track.column import Column
 
 NAMES = ("land", "end", "inside", "flank", "floor", "flank", "inside")
 """of the bands, from the lower end up the outside, over the upper end, and down the inside to the web"""

@@ -29,7 +29,8 @@ from camgeom.solid.lands import CylinderLand, GloboidLand, NotOneSurface, land_o
 from camgeom.solid.stitch import Mesher, gridded, groove_solid
 from camgeom.track import Arc, Straight, Track
 from camgeom.track.clearance import least_clearance
-from camgeom.track.section import Column, CrossSection, FlooredSection, GrooveSection, Level, RootedSection
+from camgeom.track.column import Column, Level
+from camgeom.track.section import CrossSection, FlooredSection, GrooveSection, RootedSection
 
 MOST_ROLLERS = 360
 FACETS = 0.25

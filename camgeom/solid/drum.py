@@ -19,7 +19,8 @@ from camgeom.solid import TOUCHED, QuickPart, Solid, eased, stated
 from camgeom.solid.blank import Blank, Bore, Wall, close_ends
 from camgeom.solid.builder import Builder, add_grid, band_cells, wrapped_faces
 from camgeom.track import TURN, Track
-from camgeom.track.section import Column, ConeLevel, CylinderLevel, GrooveSection, cylinder_level, outside_level
+from camgeom.track.column import Column, ConeLevel, CylinderLevel, cylinder_level, outside_level
+from camgeom.track.section import GrooveSection
 
 T = TypeVar("T")
 CORNER = 0.98

@@ -26,7 +26,8 @@ from camgeom.solid.lands import NotOneSurface
 from camgeom.solid.round import Check, EndRing, Meshed, Round, Run, closed, meshed, with_free
 from camgeom.solid.stitch import Errors, GrooveFacets, TurretSurface
 from camgeom.track import Track
-from camgeom.track.section import Column, CrossSection
+from camgeom.track.column import Column
+from camgeom.track.section import CrossSection
 
 BATCH = 16384
 """poses made at once: so many stay in the processor's cache"""

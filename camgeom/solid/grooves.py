@@ -16,7 +16,7 @@ from camgeom.solid import QuickPart, Solid, eased
 from camgeom.solid.blank import Blank, Wall
 from camgeom.solid.drum import GroovedCylinder, closed_body, edge_at, height_above, on_cylinder, refuse_turned
 from camgeom.track import TURN
-from camgeom.track.section import Column
+from camgeom.track.column import Column
 
 SAMPLES, STRIDE = 721, 16
 NEARER, ROUNDS = 17, 6

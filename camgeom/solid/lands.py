@@ -19,7 +19,7 @@ from camgeom.maths import Floats
 from camgeom.solid.blank import Blank
 from camgeom.solid.builder import Index
 from camgeom.track import TURN
-from camgeom.track.section import CylinderLevel
+from camgeom.track.column import CylinderLevel
 
 TRIES = 10
 FIRST = 0.6

@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from camgeom.solid.turret import StackedTurret, TurretBody
     from camgeom.track.beside import Neighbour
     from camgeom.track.carriage import Carriage
+    from camgeom.track.column import Level
     from camgeom.track.outline import Outline
     from camgeom.track.runout import Within
-    from camgeom.track.section import Level
     from camgeom.track.sliding import Slider
     from camgeom.track.touch import Touch
     from camgeom.track.turret import Beside

@@ -27,7 +27,8 @@ from camgeom.solid.builder import Builder, Index, cell_faces, filled
 from camgeom.solid.ends import LAND, Addresses, EndCut
 from camgeom.solid.lands import Land, LandSurface, NotOneSurface, Rim, land_net, land_of
 from camgeom.track import Track
-from camgeom.track.section import Column, CrossSection
+from camgeom.track.column import Column
+from camgeom.track.section import CrossSection
 
 Labels = npt.NDArray[np.uint8]
 CUTS = (0.95, 0.8, 0.6)

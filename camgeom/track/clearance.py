@@ -19,7 +19,7 @@ from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import FAN, ROUNDS, SAME, Extreme, bracketed_maximum, narrowed, piece_grid
 from camgeom.maths.mesh import Mesh
 from camgeom.track import TURN, Arc, Meridian, Straight, Track
-from camgeom.track.section import Column, Level
+from camgeom.track.column import Column, Level
 
 if TYPE_CHECKING:
     from camgeom.track.sliding import Slider

@@ -9,8 +9,8 @@ from camgeom.maths import Floats
 from camgeom.maths.curves import PlaneCurve, Role
 from camgeom.maths.surface import dot
 from camgeom.track import TURN, Track
+from camgeom.track.column import Column, ConeLevel, cylinder_level
 from camgeom.track.flank import Flank
-from camgeom.track.section import Column, ConeLevel, cylinder_level
 
 
 @immutable

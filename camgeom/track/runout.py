@@ -11,8 +11,8 @@ import numpy as np
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
 from camgeom.track import TURN, Pose, Track
+from camgeom.track.column import Column
 from camgeom.track.flank import Flank
-from camgeom.track.section import Column
 
 PER_TURN = 1440
 ROUNDS = 100

@@ -19,9 +19,9 @@ from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme, piece_grid, refined_maximum
 from camgeom.maths.frozen import cached_property
 from camgeom.track import Straight, Track
+from camgeom.track.column import Column, Level
 from camgeom.track.flank import Flank
 from camgeom.track.runout import Within, touching
-from camgeom.track.section import Column, Level
 
 PER_TURN = 720
 STATIONS = 9

@@ -26,9 +26,9 @@ from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
 from camgeom.track import TURN, Arc, Track
 from camgeom.track.clearance import roller_distance
+from camgeom.track.column import Column
 from camgeom.track.flank import Flank
 from camgeom.track.runout import PLACES, Within, changes, touching
-from camgeom.track.section import Column
 
 Bools = npt.NDArray[np.bool_]
 Slicing = Literal["even", "ended", "graded"]

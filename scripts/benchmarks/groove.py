@@ -21,7 +21,7 @@ from camgeom.maths.mesh import Mesh
 from camgeom.model import read
 from camgeom.solid.cut import CutBlank
 from camgeom.solid.drum import GroovedCylinder
-from camgeom.track.section import cylinder_level
+from camgeom.track.column import cylinder_level
 from tests.oracle.envelope import roller_distance, swept_distance, triangle_points
 
 TURN = 2.0 * np.pi

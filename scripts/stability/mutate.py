@@ -24,6 +24,7 @@ ROOT = Path(__file__).resolve().parents[2]
 TESTS: dict[str, tuple[str, ...]] = {
     "track/flank": ("oracle/test_flank.py", "cli/test_stability.py"),
     "track/__init__": ("oracle/test_flank.py", "solid/test_relief.py", "oracle/test_disc.py"),
+    "track/column": ("solid/test_solid_drum.py", "cli/test_stability.py"),
     "track/section": ("solid/test_solid_drum.py", "cli/test_stability.py"),
     "solid/drum": ("solid/test_solid_drum.py", "oracle/test_globoidal_solid.py"),
     "track/outline": ("oracle/test_disc.py", "oracle/test_planar.py", "oracle/test_constant_width.py"),

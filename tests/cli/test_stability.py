@@ -11,9 +11,9 @@ from camgeom.errors import DesignError
 from camgeom.model import Model
 from camgeom.profile import from_data
 from camgeom.report.result import compute
+from camgeom.track.column import Column
 from camgeom.track.flank import Flank
 from camgeom.track.follower import CylinderRoller, SphereRoller
-from camgeom.track.section import Column
 from camgeom.track.survey import FLANKS, Survey
 from tests.reference.machines import pin_cam, pin_setup, program
 

@@ -17,7 +17,8 @@ from camgeom.solid.blank import Blank, close_ends
 from camgeom.solid.builder import Builder
 from camgeom.solid.cut import CutBlank, groove_body
 from camgeom.solid.engine import subtract
-from camgeom.track.section import Column, GrooveSection
+from camgeom.track.column import Column
+from camgeom.track.section import GrooveSection
 
 
 def limit_volume(body, finest: int = 4, step: float = 0.05) -> float:

@@ -11,8 +11,8 @@ from camgeom.checks import judge
 from camgeom.model import Model, read
 from camgeom.solid import ENDS_CUT
 from camgeom.track.clearance import largest_gap, least_distances
+from camgeom.track.column import Column
 from camgeom.track.flank import Flank
-from camgeom.track.section import Column
 from tests.places import PROFILES
 from tests.reference.barrels import barrel
 

@@ -15,8 +15,8 @@ from camgeom.motion import Program, Segment
 from camgeom.profile import parse
 from camgeom.report.result import compute
 from camgeom.track import Relief
+from camgeom.track.column import Column
 from camgeom.track.flank import Flank
-from camgeom.track.section import Column
 from camgeom.track.turret import play_at
 from tests.oracle.envelope import roller_distance, swept_distance, triangle_points
 from tests.reference.indexing_machines import dwell_half_angle, indexer, meridian_of, turret_pose

@@ -12,8 +12,8 @@ from camgeom.errors import DesignError
 from camgeom.model import Model
 from camgeom.profile import from_data
 from camgeom.profile.text import load
+from camgeom.track.column import Column, cylinder_level
 from camgeom.track.flank import Flank
-from camgeom.track.section import Column, cylinder_level
 from tests.places import PROFILES
 
 SWINGING = {"kind": "swinging", "arm": 80, "inertia": 0.01}

@@ -12,7 +12,7 @@ from camgeom.errors import DesignError, ProfileError
 from camgeom.model import Model
 from camgeom.profile import from_data
 from camgeom.profile.text import load
-from camgeom.track.section import Column, cylinder_level
+from camgeom.track.column import Column, cylinder_level
 from tests.places import PROFILES
 from tests.reference.barrels import barrel
 

@@ -7,7 +7,7 @@ import pytest
 
 from camgeom.maths.sampling import Cells, measure, patch_sag, sample_surface
 from camgeom.solid.stitch import TurretSurface
-from camgeom.track.section import Column
+from camgeom.track.column import Column
 from tests.reference.indexing_machines import indexer
 from tests.reference.machines import pin_cam, pin_setup
 

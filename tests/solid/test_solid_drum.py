@@ -134,7 +134,7 @@ def test_boolean_agrees_with_the_direct_mesh():
     cam, setup = pin_cam(keyway_width=12.0, keyway_depth=3.3), pin_setup()
     direct = cam.mechanism(setup).parts[0]
     assert isinstance(direct, GroovedCylinder)
-    from camgeom.track.section import cylinder_level
+    from camgeom.track.column import cylinder_level
 
     cut = CutBlank("cam", (direct.track,), direct.blank, cylinder_level(70.0), 70.0, 76.0, 1)
     one, other = direct.solid(0.002), cut.solid(0.002)

@@ -15,7 +15,7 @@ from camgeom.solid import ENDS_CUT
 from camgeom.solid.blank import Blank
 from camgeom.solid.fewest import fewest
 from camgeom.solid.lands import CylinderLand, GloboidLand, GloboidLevel, Land, NotOneSurface, Rim, land_net, land_of
-from camgeom.track.section import CylinderLevel
+from camgeom.track.column import CylinderLevel
 from tests.reference.indexing_machines import barrel, index_program, indexer
 
 GLOBOID = GloboidLand(GloboidLevel(180.0, 80.0))

@@ -25,7 +25,8 @@ from camgeom.solid.bell import GroovedRing
 from camgeom.solid.drum import EndFaceRing, GroovedCylinder, RibbedCylinder
 from camgeom.solid.grooves import GroovedDrum
 from camgeom.track import Track
-from camgeom.track.section import ROOTED, Column, Level, cylinder_level
+from camgeom.track.column import Column, Level, cylinder_level
+from camgeom.track.section import ROOTED
 
 
 def grooved_solid(body: GroovedCylinder, tolerance: float = TOLERANCE) -> Brep:
