@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import ceil, inf, log
+from math import ceil, floor, inf, log, log10
 from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camgeom.immutable import immutable
-from camgeom.maths import Floats, distinct
+from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import Panels, highest
@@ -24,12 +24,16 @@ from camgeom.mechanics.finite_contact import AxialProfile, Bodies, PressurePatch
 
 BINS = 31
 """equal stretches along the roller, beside one at each end"""
-LOADS = (0.1, 0.18, 0.32, 0.56, 1.0)
-"""shares of the largest load that are tabled: below the least the pressure goes to 0 with the load's root"""
+STEPS, DECADE = 5, 4
+"""of tabled loads below the first from the largest on, and in a decade: below the least the pressure goes to 0 with the
+load's root"""
 BEND = 0.25
-"""step of the logarithm of the curvature"""
+"""step of the logarithm of the tabled curvature; both steps begin at 1, so that operating states, which differ in their
+loads, ask for the same contacts"""
 COUNTED = 0.2
 """share of the largest load from which the curvature counts"""
+ALIKE = 1e-9
+"""share by which curvatures differ that are one"""
 SAME = 0.02
 """share by which the tilts that a load gives, over it, differ at most where one is tabled"""
 DIGITS, NO_TILT = 10, 1e-12
@@ -221,14 +225,18 @@ class PressureTable:
         across, along, and strips."""
         most, self.cells = float(load.max(initial=0.0)), cells
         counted = load >= COUNTED * most
-        self.loads = _rounded(most * np.array(LOADS))
+        first = ceil(DECADE * log10(most))
+        self.loads = _rounded(10.0 ** (np.arange(first - STEPS, first + 1) / DECADE))
         low, high = float(curvature[counted].min()), float(curvature[counted].max())
-        steps = ceil(log(high / low) / BEND)
-        self.bends = distinct(_rounded(np.geomspace(low, high, steps + 1) if steps else np.array([low])))
+        if high > low * (1.0 + ALIKE):
+            steps = np.arange(floor(log(low) / BEND), ceil(log(high) / BEND) + 1)
+            self.bends = _rounded(np.exp(BEND * steps))
+        else:
+            self.bends = _rounded(np.array([low]))
         self.leans = _nodes(lean[counted] if lean is not None else np.zeros(1), NO_TILT / most if most else inf)
         self.edges = edges
         self.bodies = replace(bodies, twist=round(bodies.twist, DIGITS), growth=round(bodies.growth, DIGITS))
-        self.values = np.full((len(self.leans), len(self.bends), len(LOADS), len(edges) - 1), np.nan)
+        self.values = np.full((len(self.leans), len(self.bends), len(self.loads), len(edges) - 1), np.nan)
 
     def fill(self, asked: NDArray[np.bool_]) -> None:
         """Solve what is asked of (t, c, l) and not known yet: load, curvature and tilt of a turn go together, so that
