@@ -277,6 +277,8 @@ class RollerDuty(Duty):
         behind, ahead, lever = (np.ascontiguousarray(np.moveaxis(one, 0, -1))
                                 for one in (walls.behind, walls.ahead, walls.lever))  # fmt: skip
         k = np.where(force[..., None] >= 0.0, behind, ahead)
+        meridian = self.track.meridian
+        radius = np.moveaxis(meridian.jet(meridian.parameters(self.slice_places))[3], 0, -1)
         bare = (press.touching <= 0.0)[..., None]
         if np.any(bare & (force != 0.0)[..., None]):
             # Beside its end a wall is so short that there is no approach of bodies to it either.
@@ -285,11 +287,11 @@ class RollerDuty(Duty):
             np.abs(force),
             (self._shares - 0.5) * self.length,
             np.where(bare, self.length, press.touching[..., None]) * np.array([0.0, *[1.0 / SLICES] * SLICES, 0.0]),
-            np.where(k > 0.0, k, 1.0 / self.radius),
+            np.where(k > 0.0, k, 1.0 / radius),
             self.roller,
             self.cam,
-            self.radius,
-            2.0 * self.radius,
+            radius,
+            2.0 * radius,
             cosines=lever,
         )
         # No pressure can be given of a force that presses where no wall is.

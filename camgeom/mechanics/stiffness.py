@@ -61,7 +61,7 @@ class Slices:
     lever    mm, with the sign of the torque that the wall gives the turret, (n, e)
     preload  approach at psi = 0, mm, below zero where there is a gap, (n, e)
     width    of a slice that has a wall, mm, (n, e), 0 of an end, which bears no force; radius of the roller
-             there, mm, (e,) or one
+             there, mm, (n, e) or one
     """
 
     on: npt.NDArray[np.bool_]
@@ -87,8 +87,8 @@ class Slices:
         def flat(values: Floats) -> Floats:
             return np.asarray(np.moveaxis(values, 0, 1).reshape(n, -1))
 
-        radii = beside.tracks[0].meridian.jet(beside.stations)[3]
-        radius = np.tile(radii, beside.on[:, 0].size // len(radii))
+        meridian = beside.tracks[0].meridian
+        radius = flat(meridian.jet(meridian.parameters(beside.place))[3])
         k, on = flat(beside.curvature), beside.touches
         return cls(
             np.moveaxis(on, 0, 1).reshape(n, -1),
@@ -105,7 +105,8 @@ class Slices:
     def rows(self, rows: npt.NDArray[np.intp] | slice) -> Self:
         """The slices at some of the cam angles."""
         return replace(self, on=self.on[rows], lever=self.lever[rows], curvature=self.curvature[rows],
-                       preload=self.preload[rows], width=self.width[rows])  # fmt: skip
+                       preload=self.preload[rows], width=self.width[rows],
+                       radius=self.radius[rows] if isinstance(self.radius, np.ndarray) else self.radius)  # fmt: skip
 
     def held(self, torque: Floats) -> Held:
         """Line loads whose torques on the turret add up to torque (n,), N mm.

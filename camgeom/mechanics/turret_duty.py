@@ -265,9 +265,9 @@ class TurretDuty(Duty):
         if not flat.any(axis=1).all():
             at = degrees(float(e.theta[rows[int(np.argmin(flat.any(axis=1)))]]))
             raise DesignError(f"no roller can take the turret's torque at cam angle {at:.6g} deg: widen the cam")
-        r = self.tracks[0].meridian.jet(e.stations)[3]
+        meridian = self.tracks[0].meridian
         k = e.curvature[way, rows].reshape(flat.shape)
-        radius = np.broadcast_to(r, on.shape).reshape(flat.shape)
+        radius = meridian.jet(meridian.parameters(e.place[way, rows]))[3].reshape(flat.shape)
         shared = share_load(
             torque,
             np.zeros(flat.shape[1]),
@@ -741,12 +741,14 @@ class TurretDuty(Duty):
             return None
         from camgeom.mechanics.finite_turn import pressure_of
 
-        theta = np.array([self.least_peak.cam_angle])
+        # The preload is set in the dwell at cam angle zero.
+        theta = np.array([0.0, self.least_peak.cam_angle])
         square, at = self.squared[1], self.beside.once(theta)
         load, approach = square._shared(square.slices(at), self._torque_on(theta))
         if square.level == "line":
-            return float(square._as_line(load, at.curvature).max())
-        found = square._finite(at, load, approach + square._drop(at))
+            return float(square._as_line(load, at.curvature)[:, 1].max())
+        at, load = self.beside.once(theta[1:]), load[:, 1:]
+        found = square._finite(at, load, approach[:, 1:] + square._drop(at))
         return inf if found is None else pressure_of(found.most_loaded)
 
     @cached_property
@@ -816,13 +818,13 @@ class TurretDuty(Duty):
         """Contact pressure that the preload alone gives in the dwell, MPa."""
         if self.preload <= 0.0:
             return 0.0
-        e = self.engagement
-        k = float(e.curvature[:, 0][e.touches[:, 0]].max())
-        load = 1.0
+        e, meridian = self.engagement, self.tracks[0].meridian
+        touches = e.touches[:, 0]
+        k, radius = e.curvature[:, 0][touches], meridian.jet(meridian.parameters(e.place[:, 0][touches]))[3]
+        load = np.ones(len(k))
         for _ in range(60):
-            soft = float(line_flexibility(load, k, self.roller, self.cam, self._radius, 2.0 * self._radius))
-            load = self.preload / soft
-        return float(line_pressure(load, k, pair_compliance(self.roller, self.cam)))
+            load = self.preload / line_flexibility(load, k, self.roller, self.cam, radius, 2.0 * radius)
+        return float(line_pressure(load, k, pair_compliance(self.roller, self.cam)).max())
 
     def contact_data(self) -> dict[str, Any]:
         """Pressure, force, torque, and what shaft and studs see, as plain data for result.json."""

@@ -259,7 +259,7 @@ def test_contacts_of_stated_ends_that_would_hold_too_much_are_refused_unsolved(
     monkeypatch.setattr("camgeom.model.impact.MOST_POINTS", int(share * points))
     model = running(*states, tables=tables)
     if refused:
-        with pytest.raises(NotConverged, match=rf"^2 contacts, 1 of each of 2 .* at {points} cam angles .* MB"):
+        with pytest.raises(NotConverged, match=rf"^2 contacts, 1 of each of 2 .* at {points} cam angles, .* MB"):
             _ = model.states[0].impact_pressure
     else:
         assert len(model.states[0].impact_duties) == 1
