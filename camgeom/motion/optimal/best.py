@@ -28,7 +28,7 @@ __all__ = ["Best", "Impossible", "Wish", "best"]
 
 FINEST = (2e-3, 5e-4)
 """shares of the travel; shortest spans of the meshes on which a law is sought that even ones do not hold"""
-RELAXED = 1e3
+RELAXED = 1e2
 """times a limit; a relaxation beyond that is no advice"""
 SHOWN = 1e-6
 """a limit whose share of a proof is below this takes no part in it"""
@@ -95,7 +95,7 @@ class Impossible:
     least     every limit would have to be this many times as large; `bound` above 1 is what proves it (and where both
               are one, it is more than that)
     clash     the limits that take part in the proof, each with its share
-    relaxed   for each limit that could be relaxed alone, a thousand times at most: the least value that some law keeps
+    relaxed   for each limit that could be relaxed alone, a hundred times at most: the least value that some law keeps
     """
 
     wish: Wish

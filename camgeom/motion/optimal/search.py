@@ -214,7 +214,7 @@ def _settled(
         if rest is not None:
             return rest, cuts
     for turn in range(ROUNDS):
-        hidden = value > SHOWN if task.residual.slope else task.velocity.asked
+        hidden = not task.residual.slope or value > SHOWN
         if turn > TRIED[-1] and meshed is not None and hidden:
             rest, more = _sharpened(task, meshed, cuts, purse)
             if rest is not None:
