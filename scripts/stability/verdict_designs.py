@@ -86,7 +86,11 @@ def loaded(dice: Dice, data: Data, reach: float, lift: float, sprung: bool) -> N
     reach   mm, least r L (force-bearing radius times length) of the contact
     lift    mm (rad of a swing), the largest second derivative by the cam angle
     """
-    follower = data["follower"]
+    follower, cam, made = data["follower"], data["cam"], data.get("roller", {})
+    if made.get("shape") == "crowned" and "groove_depth" in cam:
+        # Its belly has to pass the mouth of the groove, which is that of its thinner end.
+        drop = made["length"] ** 2 / (8.0 * made["crown_radius"])
+        cam["running_clearance"] = max(cam.get("running_clearance", 0.0), 2.0 * drop + 0.002)
     swings = follower["kind"] in ("swinging", "turret")
     arm = follower.get("arm", follower.get("pitch_radius", 1.0)) if swings else 1.0
     force = (LIMIT * dice.between(0.08, 0.2) / 0.418) ** 2 * reach / STEEL
