@@ -29,7 +29,7 @@ STEPS, DECADE = 5, 4
 load's root"""
 BEND = 0.25
 """step of the logarithm of the tabled curvature; both steps begin at 1, so that operating states, which differ in their
-loads, ask for the same contacts"""
+loads, ask for the same contacts, but where the load tilts a roller"""
 COUNTED = 0.2
 """share of the largest load from which the curvature counts"""
 ALIKE = 1e-9
@@ -225,12 +225,14 @@ class PressureTable:
         across, along, and strips."""
         most, self.cells = float(load.max(initial=0.0)), cells
         counted = load >= COUNTED * most
-        first = ceil(DECADE * log10(most))
-        self.loads = _rounded(10.0 ** (np.arange(first - STEPS, first + 1) / DECADE))
         low, high = float(curvature[counted].min()), float(curvature[counted].max())
+        # Tilts that loads give are every table's own: so are its contacts then.
+        alone = lean is not None
+        top, origin = (most, log(low)) if alone else (10.0 ** (ceil(DECADE * log10(most)) / DECADE), 0.0)
+        self.loads = _rounded(top * 10.0 ** (np.arange(alone - STEPS, 1) / DECADE))
         if high > low * (1.0 + ALIKE):
-            steps = np.arange(floor(log(low) / BEND), ceil(log(high) / BEND) + 1)
-            self.bends = _rounded(np.exp(BEND * steps))
+            steps = np.arange(floor((log(low) - origin) / BEND), ceil((log(high) - origin) / BEND) + 1)
+            self.bends = _rounded(np.exp(origin + BEND * steps))
         else:
             self.bends = _rounded(np.array([low]))
         self.leans = _nodes(lean[counted] if lean is not None else np.zeros(1), NO_TILT / most if most else inf)
