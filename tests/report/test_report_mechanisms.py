@@ -135,7 +135,7 @@ def test_indexing_drive_is_shown_with_its_own_numbers() -> None:
     program = Program.from_segments([move, Segment(2.0 * pi)], closed=False, angular=True)
     speeds = np.array([400.0, 800.0, 1200.0]) * pi / 30.0
     study = IndexingStudy(drive, program, speeds[1], sweep_speeds=speeds)
-    response, blocks = study.steady, indexing(study, program)
+    response, blocks = study.steady, indexing(study)
     for block in blocks:
         if isinstance(block, Chart):
             _readable(block)
