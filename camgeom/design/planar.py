@@ -170,7 +170,7 @@ def margins(profile: Profile, radius: float, wanted: PlanarLimits) -> dict[str, 
                 found[f"convex radius{of}"] = (planar.face_radius.value - wanted.convex_radius_mm) / radius
             for track, tool, roller in zip(one.tracks, one.mechanism.cutters, one.mechanism.rollers):
                 # The profile is sharpest where its tool is thickest: at an end of a cone, in the middle of a crown.
-                ends = tool.meridian.jet(tool.meridian.parameters(np.array(tool.contact)))[3].tolist()
+                ends = tool.radii(np.array(tool.contact)).tolist()
                 reach = wanted.convex_radius_mm + max(0.5 * roller.diameter, *ends)
                 found[f"convex radius, {track.name}{of}"] = 1.0 - reach * _sharpest(RollerOutline(track, 0.0))
     if wanted.contact_pressure_mpa is not None and all(m > 0.0 for k, m in found.items() if k.startswith("convex")):

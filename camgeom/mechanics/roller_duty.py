@@ -277,8 +277,7 @@ class RollerDuty(Duty):
         behind, ahead, lever = (np.ascontiguousarray(np.moveaxis(one, 0, -1))
                                 for one in (walls.behind, walls.ahead, walls.lever))  # fmt: skip
         k = np.where(force[..., None] >= 0.0, behind, ahead)
-        meridian = self.track.meridian
-        radius = np.moveaxis(meridian.jet(meridian.parameters(self.slice_places))[3], 0, -1)
+        radius = np.moveaxis(self.track.radii(self.slice_places), 0, -1)
         bare = (press.touching <= 0.0)[..., None]
         if np.any(bare & (force != 0.0)[..., None]):
             # Beside its end a wall is so short that there is no approach of bodies to it either.
@@ -592,8 +591,7 @@ class RollerDuty(Duty):
     def _rubbed(
         self, load: Floats, places: Floats, on_cam: Floats, slip: Floats, width: Floats
     ) -> tuple[Floats, Floats, Floats, Floats]:
-        work, meridian = load * slip, self.track.meridian
-        radius = meridian.jet(meridian.parameters(places.ravel()))[3].reshape(places.shape)
+        work, radius = load * slip, self.track.radii(places)
         passed = np.divide(work, on_cam, out=np.zeros_like(work), where=on_cam > 0.0)
         return work, work / (2.0 * np.pi * radius), passed, width
 

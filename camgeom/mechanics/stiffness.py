@@ -87,8 +87,7 @@ class Slices:
         def flat(values: Floats) -> Floats:
             return np.asarray(np.moveaxis(values, 0, 1).reshape(n, -1))
 
-        meridian = beside.tracks[0].meridian
-        radius = flat(meridian.jet(meridian.parameters(beside.place))[3])
+        radius = flat(beside.tracks[0].radii(beside.place))
         k, on = flat(beside.curvature), beside.touches
         return cls(
             np.moveaxis(on, 0, 1).reshape(n, -1),

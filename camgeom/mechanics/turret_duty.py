@@ -265,9 +265,8 @@ class TurretDuty(Duty):
         if not flat.any(axis=1).all():
             at = degrees(float(e.theta[rows[int(np.argmin(flat.any(axis=1)))]]))
             raise DesignError(f"no roller can take the turret's torque at cam angle {at:.6g} deg: widen the cam")
-        meridian = self.tracks[0].meridian
         k = e.curvature[way, rows].reshape(flat.shape)
-        radius = meridian.jet(meridian.parameters(e.place[way, rows]))[3].reshape(flat.shape)
+        radius = self.tracks[0].radii(e.place[way, rows]).reshape(flat.shape)
         shared = share_load(
             torque,
             np.zeros(flat.shape[1]),
@@ -573,8 +572,8 @@ class TurretDuty(Duty):
         """Of every slice on the wall that it presses, mm/rad, (n, k, m) each: mean speed of both surfaces through the
         contact, the contact's along the cam, and sliding, round the roller and along its axis."""
         on_cam, axial = (self._walls(values) for values in self.engagement.runs)
-        meridian, wanted = self.tracks[0].meridian, self._walls(self.engagement.turning)
-        radii = meridian.jet(meridian.parameters(self._walls(self.engagement.place)))[3]
+        wanted = self._walls(self.engagement.turning)
+        radii = self.tracks[0].radii(self._walls(self.engagement.place))
         # A roller that turns faster than a slice rolls carries more oil in, whichever way it turns.
         slip = (self.turning[..., None] - wanted) * radii * np.where(wanted >= 0.0, 1.0, -1.0)
         return np.abs(on_cam + 0.5 * slip), on_cam, np.hypot(slip, axial)
@@ -818,9 +817,9 @@ class TurretDuty(Duty):
         """Contact pressure that the preload alone gives in the dwell, MPa."""
         if self.preload <= 0.0:
             return 0.0
-        e, meridian = self.engagement, self.tracks[0].meridian
+        e = self.engagement
         touches = e.touches[:, 0]
-        k, radius = e.curvature[:, 0][touches], meridian.jet(meridian.parameters(e.place[:, 0][touches]))[3]
+        k, radius = e.curvature[:, 0][touches], self.tracks[0].radii(e.place[:, 0][touches])
         load = np.ones(len(k))
         for _ in range(60):
             load = self.preload / line_flexibility(load, k, self.roller, self.cam, radius, 2.0 * radius)

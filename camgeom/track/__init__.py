@@ -264,6 +264,10 @@ class Track:
         radius = float(self.meridian.jet(np.array([self.meridian.parameter(self.foot)]))[3][0])
         return replace(self, meridian=Arc(radius, self.foot, self.root), root=0.0)
 
+    def radii(self, delta: Floats) -> Floats:
+        """Radius of the roller at places along its axis (delta), mm, (...) both."""
+        return self.meridian.jet(self.meridian.parameters(delta))[3]
+
     def coordinate(self, phi: Floats, order: int = 2, side: Side = "right") -> Floats:
         """Jet of the joint coordinate (mm or rad) by the cam angle, (order + 1, n)."""
         jet = self.factor * self.program.jet(np.asarray(phi, dtype=float), order, side=side)

@@ -157,6 +157,7 @@ class Engagement:
 
     within   how deep points lie within the blank: beyond it a roller has no wall to bear on
     known   of the same rollers at other cam angles, in rising order: where it stands at one of these it is believed
+    slicing  at which places along a roller it is looked at, see `Slicing`
     """
 
     tracks: tuple[Track, ...]
@@ -177,7 +178,7 @@ class Engagement:
 
     @cached_property
     def stations(self) -> Floats:
-        """Meridian parameters of the slices' middles, (m,)."""
+        """Meridian parameters of the slices' middles, and of the contact's ends where these count too, (m,)."""
         edges = _edges(self.tracks[0], self.slicing)
         return self._ended(0.5 * (edges[1:] + edges[:-1]), edges[0], edges[-1])
 
@@ -259,9 +260,8 @@ class Engagement:
             begin, stop = touching(track, side, phi, self.within, pose)
             low, high = np.maximum(edges[:-1], begin[:, None]), np.minimum(edges[1:], stop[:, None])
             some = high > low
-            on, ends = some & (high - low >= 0.5 * np.diff(edges)), (low[:, 0], high[:, -1])
-            if self.slicing == "ended":
-                ends = np.maximum(begin, edges[0]), np.minimum(stop, edges[-1])
+            on = some & (high - low >= 0.5 * np.diff(edges))
+            ends = np.maximum(begin, edges[0]), np.minimum(stop, edges[-1])
             low, high = (self._ended(each, *ends) for each in (low, high))
             some, on = (self._ended(each, each.any(axis=1), each.any(axis=1)) for each in (some, on))
             # Of a slice that stands out of the cam with one end, the rest is looked at.
