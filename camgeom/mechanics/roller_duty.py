@@ -406,6 +406,11 @@ class RollerDuty(Duty):
         return np.where(self.pressing.pushed >= 0.0, self._slices.behind, self._slices.ahead)
 
     @cached_property
+    def _pressed_curvatures(self) -> Floats:
+        """The same where a wall is pressed, or the slices would not be sound; the roller's own where undercut."""
+        return np.where(self._curvatures > 0.0, self._curvatures, 1.0 / self.radius)
+
+    @cached_property
     def peak_contact(self) -> Beneath | None:
         """Half-width and subsurface shear of the hardest contact, of all slices; None where a wall is undercut."""
         if not np.all(self.slices.sound):
@@ -421,7 +426,7 @@ class RollerDuty(Duty):
                 self._at(each, angle, self.slices.pressure[m]) for each in (one.pressure, one.along, one.around)
             )
             return beneath_point(top, max(axes), min(axes), self.cam.poisson)
-        k = self._at(self._curvatures[m], angle, self.slices.pressure[m])
+        k = self._at(self._pressed_curvatures[m], angle, self.slices.pressure[m])
         return beneath_line(pressure, k, self.pressing.pair)
 
     def patch(self, counts: tuple[int, int]) -> tuple[Floats, Floats, Floats]:
@@ -468,9 +473,7 @@ class RollerDuty(Duty):
             depth = self.crowned.depths(self.cam)
             deepest = peak_of(self.force.panels, depth)
             return replace(deepest, place=self._at(self.crowned.crest, deepest.cam_angle, depth))
-        # Nothing presses a wall that is undercut, or the slices would not be sound.
-        k = np.where(self._curvatures > 0.0, self._curvatures, 1.0 / self.radius)
-        depths = line_depth(self.slices.pressure, k, self.pressing.pair)
+        depths = line_depth(self.slices.pressure, self._pressed_curvatures, self.pressing.pair)
         value, angle = highest(self.force.panels, depths)
         m = int(np.argmax(value))
         return Extreme(float(value[m]), float(angle[m]), self._at(self.slice_places[m], float(angle[m]), depths[m]))

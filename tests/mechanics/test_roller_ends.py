@@ -137,3 +137,15 @@ def finely(name: str, theta: float, monkeypatch: pytest.MonkeyPatch) -> Floats:
         load = duty._loads(e)[0].sum(axis=0)
         way = 0 if float(duty._torque_on(np.array([theta % TURN]))[0]) >= 0.0 else 1
         return duty._as_line(load, e.curvature[way])
+
+
+@pytest.mark.parametrize(("side", "angle", "force"), [("left", 0.0, "-1e6"), ("right", -100.0, "1e6")])
+def test_a_roller_that_nothing_ever_presses_has_no_stress(side: str, angle: float, force: str) -> None:
+    duty = model(
+        "linear_edge", follower__kind="swinging", follower__arm=200.0, follower__start_angle=angle, follower__side=side,
+        follower__inertia=0.01, follower__mass=None, limits__pressure_angle_deg=None,
+        operation__force=({"from": 0.0, "until": 360.0, "expression": force},),
+    ).duty  # fmt: skip
+    below, deepest = duty.peak_contact, duty.deepest_shear
+    assert below is not None and deepest is not None
+    assert (below.half_width, below.shear, deepest.value) == (0.0, 0.0, 0.0)

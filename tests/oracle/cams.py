@@ -509,13 +509,14 @@ def _end_face(cam, follower, roller, lift, low, high):
         floor, centre = outer, cam["height"] + 0.5 * roller["diameter"]
         radius, shape = _shape(roller, 0.5 * (outer + inner), True)(0.0)
         heights = cam["web"], 0.0
-    # A cone that widens inward ends where the ring does: beyond it nothing is cut.
-    end = 0.9 * inner if roller.get("half_angle", 0.0) < 0.0 else 0.0
+    # A cone that widens inward ends with the roller; what cuts the ring does where the ring ends.
+    widens = not grooved and roller.get("half_angle", 0.0) < 0.0
+    own, cuts = (0.5 * (outer + inner - roller["length"]), 0.9 * inner) if widens else (0.0, 0.0)
     if follower["kind"] == "swinging":
         arm, start = follower["arm"], radians(follower.get("start_angle", 0.0))
         pivot = follower.get("pivot_distance") or arm * _middle_cosine(start + low, start + high)
 
-    def distance(x, phi, k):
+    def distance(x, phi, k, end=own):
         del k
         y, z = 0.0 * phi, centre + lift(phi)
         if follower["kind"] == "swinging":
@@ -534,7 +535,8 @@ def _end_face(cam, follower, roller, lift, low, high):
         found = np.minimum.reduce([np.abs(x[:, 2] - z) for z in heights])
         return np.minimum.reduce([found, _bore(cam, x), *(np.abs(rho - r) for r in {inner, floor, outer})])
 
-    return [Judge(distance, blank, genus=_genus(cam))]
+    loose = (lambda x, phi, k: distance(x, phi, k, end=cuts)) if widens else None
+    return [Judge(distance, blank, loose=loose, genus=_genus(cam))]
 
 
 def _middle_cosine(low, high):
