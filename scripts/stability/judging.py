@@ -195,7 +195,7 @@ def _verify_interference(model: Model, data: dict[str, Any], judges: list[Any]) 
 
 
 def _edge_in_root(data: dict[str, Any]) -> float:
-    """Distance of the sharp end of a roller, mm, from the fillet at the foot of the wall that it touches, by its circle."""
+    """Distance of the sharp end of a roller, mm, from the fillet at the foot of its wall, by that circle."""
     root = data["cam"].get("root_radius", 0.0)
     over = data["cam"].get("groove_depth", inf) - data["roller"]["length"]
     return root - hypot(root, root - over) if over < root else inf

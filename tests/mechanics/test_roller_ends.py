@@ -147,5 +147,6 @@ def test_a_roller_that_nothing_ever_presses_has_no_stress(side: str, angle: floa
         operation__force=({"from": 0.0, "until": 360.0, "expression": force},),
     ).duty  # fmt: skip
     below, deepest = duty.peak_contact, duty.deepest_shear
-    assert below is not None and deepest is not None
+    assert below is not None
+    assert deepest is not None
     assert (below.half_width, below.shear, deepest.value) == (0.0, 0.0, 0.0)
