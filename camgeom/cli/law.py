@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 AIMS = {"acceleration": "peak-acceleration", "jerk": "jerk", "residual": "residual", "rms": "rms-acceleration"}
 POINTS = 2001
 """x, lift, velocity and acceleration in the JSON and the CSV file, evenly spread"""
-VOID = 0.5
+VOID = 0.1
 """share of a value by which its bound may lie below it while that share is told"""
 ALONG = 9
 """points of the front"""

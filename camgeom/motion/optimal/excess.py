@@ -20,12 +20,13 @@ def kept(task: Task) -> float:
 
 
 def excess(
-    task: Task, shape: Shape, value: float, rough: bool = False
-) -> tuple[float, tuple[Floats, Floats, Floats]]:
+    task: Task, shape: Shape, value: float, counted: float | None = None
+) -> tuple[float, tuple[Floats, Floats, Floats, bool]]:
     """How far (relative) vibration and velocity exceed their limits, and the cuts that would keep them: n, angle,
-    places. Unless that is but roughly asked, the velocity's counts as much more as its limit is kept more exactly."""
+    places, whether the velocity dips. The velocity's excess counts so many times, by default as much more as its limit
+    is kept more exactly."""
     wish, none = task.wish, np.empty(0)
-    worst, n, angle, places = 0.0, none, none, none
+    worst, n, angle, places, dips = 0.0, none, none, none, False
     if wish.band is not None and task.residual.asked:
         peaks, z = residual_peaks(shape, wish.band, wish.damping)
         limit = task.residual.at(value)
@@ -38,9 +39,10 @@ def excess(
     if task.velocity.asked or wish.monotone:
         at, v = shape.velocities(wish.start[0])
         limit = task.velocity.at(value) if task.velocity.asked else np.inf
-        over = np.maximum(v - limit, (-v if wish.monotone else -v - limit))
-        counted = 1.0 if rough else kept(task) / KEPT
+        below = -v if wish.monotone else -v - limit
+        over = np.maximum(v - limit, below)
+        counted = kept(task) / KEPT if counted is None else counted
         worst = max(worst, counted * float(over.max() / (limit if task.velocity.asked else 1.0)))
         inner = len(shape.x)
-        places = at[inner:][over[inner:] > 0.1 * KEPT]
-    return worst, (n, angle, places)
+        places, dips = at[inner:][over[inner:] > 0.1 * KEPT], bool(below.max() > 0.1 * KEPT)
+    return worst, (n, angle, places, dips)

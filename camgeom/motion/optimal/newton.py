@@ -367,7 +367,7 @@ def at_rest(task: Task, begun: Solved, proven: Shape | None = None) -> Solved | 
         if gone:
             continue
         shape, t = build.shape(x), build.t
-        over, (n, _, places) = excess(task, shape, t)
+        over, (n, _, places, _) = excess(task, shape, t)
         if np.abs(shape.a).max() > task.acceleration.at(t) * (1.0 + KEPT) or shape.h.min() < SHORT:
             return None
         if over <= KEPT:

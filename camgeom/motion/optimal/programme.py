@@ -44,20 +44,24 @@ WHOLE = 50_000_000
 @immutable
 class Cuts:
     """Rows that cut off what has exceeded a limit: tangents to the circle of the vibration, Re(z(n) exp(-i angle)) <=
-    limit, and the velocity at places between the breaks."""
+    limit, and the velocity at places between the breaks; and whether it has dipped to its limit downwards, which is
+    held from then on."""
 
     n: Floats
     angle: Floats
     places: Floats
+    dips: bool = False
 
-    def and_at(self, n: Floats, angle: Floats, places: Floats) -> Cuts:
+    def and_at(self, n: Floats, angle: Floats, places: Floats, dips: bool) -> Cuts:
         """These and further ones."""
-        return Cuts(*(np.concatenate(pair) for pair in ((self.n, n), (self.angle, angle), (self.places, places))))
+        pairs = (self.n, n), (self.angle, angle), (self.places, places)
+        n, angle, places = (np.concatenate(pair) for pair in pairs)
+        return Cuts(n, angle, places, self.dips or dips)
 
     def living(self, worth: Floats, latest: int) -> Cuts:
         """All places, and of the tangents the latest ones and those that are worth something in a programme."""
         kept = (worth > 0.0) | (np.arange(len(worth)) >= len(worth) - latest)
-        return Cuts(self.n[kept], self.angle[kept], self.places)
+        return Cuts(self.n[kept], self.angle[kept], self.places, self.dips)
 
     def rows(self, x: Floats, smooth: bool, damping: float) -> tuple[Floats, Floats]:
         """The real kernels against the pieces, and their values at the breaks."""
@@ -91,14 +95,12 @@ class Solved:
     """The best shape of a programme, its value t, and the multipliers.
 
     at_rest   whether its breaks are where they belong among all laws, so that the multipliers are those of all laws
-    bound     what no law can go below by these multipliers, where it is known
     """
 
     shape: Shape
     value: float
     multipliers: Multipliers
     at_rest: bool = False
-    bound: float | None = None
 
 
 class SearchPurse:
@@ -108,7 +110,7 @@ class SearchPurse:
     """
 
     def __init__(self, whole: int = WHOLE) -> None:
-        self.left = whole
+        self.left, self.spent = whole, 0
 
     def steps(self, rows: int) -> int:
         """How many steps a programme may take with what is left."""
@@ -116,7 +118,8 @@ class SearchPurse:
 
     def pay(self, steps: int, rows: int) -> None:
         """Take what a programme has cost. Raises NotConverged where nothing is left."""
-        self.left -= (steps + 1) * max(rows, 1)
+        cost = (steps + 1) * max(rows, 1)
+        self.left, self.spent = self.left - cost, self.spent + cost
         if self.left <= 0:
             raise NotConverged(
                 "the best law for this requirement takes more steps than are spent on one; a narrower band, a velocity "
@@ -244,7 +247,7 @@ class Programme:
             self.velocity_above = rows.add(upper, np.full(len(block), limit.const - begun))
         if wish.monotone:
             self.velocity_below = rows.add(-block, np.full(len(block), begun))
-        elif limit.asked:
+        elif limit.asked and self.cuts.dips:
             lower = -block
             lower[:, -1] -= limit.slope
             self.velocity_below = rows.add(lower, np.full(len(block), limit.const + begun))

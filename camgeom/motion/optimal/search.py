@@ -8,10 +8,11 @@ from typing import final
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.errors import NotConverged
 from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
 from camgeom.motion.optimal.bound import CELLS, cruises, lower_bound
-from camgeom.motion.optimal.excess import ENOUGH, LITTLE, excess, kept
+from camgeom.motion.optimal.excess import ENOUGH, KEPT, LITTLE, excess, kept
 from camgeom.motion.optimal.newton import at_rest
 from camgeom.motion.optimal.programme import CLOSEST, NO_CUTS, Cuts, Programme, SearchPurse, Solved, stiffness
 from camgeom.motion.optimal.shape import Shape, moment_parts, values
@@ -59,6 +60,12 @@ ROUGH = 1e-2
 """how far the vibration may exceed its limit while only the build is sought"""
 CLOSE, NEAR = 3e-5, 3e-6
 """a gap that no further pass is made for; of a residual below LITTLE, share of the lift: other breaks prove no more"""
+FAIR, FAINT = 1e-3, 2e-5
+"""the same for laws that have cost more than ordinary ones; of any residual, share of the lift"""
+ENOUGH_OF_FAINT = 2e-3
+"""times LITTLE; how nearly a residual that is sought is cut to its circle where FAINT is near enough"""
+ORDINARY = 500_000
+"""rows times steps of ordinary laws, see `SearchPurse`; what is dearer is asked at every doubling whether it will do"""
 
 FAR = 1e-3
 """a gap for which meshes are tried that are fine where even ones are not"""
@@ -75,10 +82,54 @@ class Found:
     solved: Solved
 
 
+class _Sight:
+    """The best law and the best bound that the search for a task has seen, whichever of its steps they are from."""
+
+    def __init__(self, task: Task, purse: SearchPurse) -> None:
+        self.task, self.purse = task, purse
+        self.law: Solved | None = None
+        self.proof: Solved | None = None
+        self.bound = -np.inf
+        self.asked = ORDINARY
+
+    def saw(self, law: Solved, bound: float) -> None:
+        """One more law that keeps the limits, and what no law can go below by its multipliers."""
+        if self.law is None or law.value < self.law.value:
+            self.law = law
+        if self.proof is None or bound > self.bound:
+            self.proof, self.bound = law, bound
+
+    @property
+    def does(self) -> bool:
+        """Whether the law is near enough to its bound for what it has cost."""
+        if self.law is None:
+            return False
+        value = self.law.value
+        gap = value - (max(self.bound, 0.0) if self.task.residual.slope else self.bound)
+        fair = max(FAIR * value, FAINT if self.task.residual.slope else 0.0) if self.purse.spent > ORDINARY else 0.0
+        return gap <= max(fair, _near(self.task, value))
+
+    @property
+    def doubled(self) -> bool:
+        """Whether twice as much has been spent as when that was last so."""
+        if self.purse.spent < self.asked:
+            return False
+        self.asked = 2 * self.purse.spent
+        return True
+
+    @property
+    def found(self) -> Found | None:
+        """The law and the bound."""
+        if self.law is None or self.proof is None:
+            return None
+        shape = self.law.shape if self.law.at_rest else merged(self.law.shape, EXACT)
+        return Found(shape, self.law.value, self.bound, self.proof)
+
+
 def find(task: Task, begun: Shape | None = None, purse: SearchPurse | None = None) -> Found | None:
     """The best shape; None where no mesh holds one that keeps the limits. A shape to begin with is the first mesh.
 
-    Raises NotConverged where the purse, one of its own by default, is spent.
+    Raises NotConverged where the purse, one of its own by default, is spent and none was found.
     """
     purse = purse or SearchPurse()
     x = _mesh(task.wish)
@@ -87,34 +138,40 @@ def find(task: Task, begun: Shape | None = None, purse: SearchPurse | None = Non
         mesh = Shape(mesh.x, np.zeros(len(mesh.h) + task.smooth))
     if task.mean:
         return _least_square(task, mesh)
-    best = None
+    sight = _Sight(task, purse)
+    try:
+        _look(sight, mesh, cuts)
+    except NotConverged:
+        if sight.found is None:
+            raise
+    return sight.found
+
+
+def _look(sight: _Sight, mesh: Shape, cuts: Cuts) -> None:
+    """Pass over the task, from one mesh to the next, until what is seen does. Raises NotConverged."""
+    task, purse = sight.task, sight.purse
     for turn in range(PASSES):
         solved, cuts = _on_mesh(task, mesh, cuts, purse)
         if solved is None:
             break
         begin = joined(solved.shape)
-        settled, cuts = _settled(task, begin, solved.value, cuts, purse, solved if turn == 0 else None)
+        settled, cuts = _settled(sight, begin, solved.value, cuts, solved if turn == 0 else None)
+        if sight.does:
+            break
         if settled is None and turn == 0:
             mesh = refined(solved.shape)
             continue
-        if settled is None or (best is not None and settled.bound is None and settled.value >= solved.value):
+        if settled is None or (turn > 0 and not settled.at_rest and settled.value >= solved.value):
             # The mesh has a law all the same, or a better one, though with more breaks than it needs.
-            on_mesh, cuts = _on_mesh(task, mesh, cuts, purse, kept(task))
-            if on_mesh is not None and excess(task, on_mesh.shape, on_mesh.value)[0] <= kept(task):
-                settled = on_mesh if settled is None else min(settled, on_mesh, key=lambda one: one.value)
-            if settled is None:
+            on_mesh, cuts = _keeping(task, mesh, cuts, purse)
+            laws = [one for one in (on_mesh, settled) if one is not None]
+            if not laws:
                 break
-        fewer = replace(settled, shape=merged(settled.shape)) if settled.bound is None else settled
-        bound = _bound(task, fewer, cuts, purse) if settled.bound is None else settled.bound
-        if best is None or bound > best.bound:
-            kept_as = settled.shape if settled.bound is not None else merged(settled.shape, EXACT)
-            best = Found(kept_as, settled.value, bound, settled)
-        if task.residual.slope and best.value <= SILENT:
-            break
-        if best.value - best.bound <= _near(task, best.value):
+            settled = min(laws, key=lambda one: one.value)
+        _weighed(sight, settled, cuts)
+        if sight.does or (task.residual.slope and settled.value <= SILENT):
             break
         mesh = refined(settled.shape)
-    return best
 
 
 def _near(task: Task, value: float) -> float:
@@ -192,16 +249,41 @@ def _least_square(task: Task, mesh: Shape) -> Found | None:
     return best
 
 
+def _keeping(task: Task, mesh: Shape, cuts: Cuts, purse: SearchPurse, exact: float = 0.0) -> tuple[Solved | None, Cuts]:
+    """The best shape on fixed breaks that keeps the limits, a residual that is sought to `exact`; None where there is
+    none."""
+    exact = max(exact if task.residual.slope else 0.0, kept(task))
+    solved, cuts = _on_mesh(task, mesh, cuts, purse, exact)
+    if solved is None:
+        return None, cuts
+    over = max(0.0, excess(task, solved.shape, solved.value, exact / KEPT)[0])
+    if task.residual.slope:
+        solved = replace(solved, value=solved.value + over * max(solved.value, LITTLE))
+    return (solved if over <= exact else None), cuts
+
+
+def _weighed(sight: _Sight, settled: Solved, cuts: Cuts) -> None:
+    """Add a law to those seen, with its bound."""
+    if settled.at_rest:
+        return
+    fewer = replace(settled, shape=merged(settled.shape))
+    sight.saw(settled, lower_bound(sight.task, settled.shape, settled.multipliers, FINE * CELLS))
+    if not sight.does:
+        sight.saw(settled, _bound(sight.task, fewer, cuts, sight.purse))
+
+
 def _settled(
-    task: Task, shape: Shape, value: float, cuts: Cuts, purse: SearchPurse, meshed: Solved | None
+    sight: _Sight, shape: Shape, value: float, cuts: Cuts, meshed: Solved | None
 ) -> tuple[Solved | None, Cuts]:
-    """The shape whose breaks have moved to where they belong; None where they find no rest.
+    """The shape whose breaks have moved to where they belong; None where they find no rest, or what was seen on the way
+    does.
 
     meshed  what its mesh has shown, which may be divided where breaks find no rest at once
 
     Linear programmes one after the other (F. Palacios-Gomez et al., Management Science 28 (1982) 1106): a step counts
     where it brings more than it spoils, else the next one reaches less far.
     """
+    task, purse = sight.task, sight.purse
     farthest = reach = min(1.0 / SPANS, task.wish.longest_ramp / 8.0)
     merit, last, stiff, stalled = np.inf, None, None, False
     # Of a residual alone the tangents are many, and its breaks creep.
@@ -210,22 +292,30 @@ def _settled(
     if not task.jerk.asked or value <= 0.0:
         meshed = None
     if meshed is not None:
-        rest, cuts = _shown(task, meshed, cuts, purse)
+        rest, cuts = _shown(sight, meshed, cuts)
         if rest is not None:
             return rest, cuts
     for turn in range(ROUNDS):
         hidden = not task.residual.slope or value > SHOWN
         if turn > TRIED[-1] and meshed is not None and hidden:
-            rest, more = _sharpened(task, meshed, cuts, purse)
+            rest, more = _sharpened(sight, meshed, cuts)
             if rest is not None:
                 return rest, more
             meshed = None
+        if turn > 0 and task.residual.slope and sight.doubled:
+            # What is as dear as this may do on a finer mesh, or as it stands.
+            mesh = refined(shape) if value > FAINT else joined(shape, 1.01 * CLOSEST)
+            fixed, cuts = _keeping(task, mesh, cuts, purse, ENOUGH_OF_FAINT)
+            if fixed is not None:
+                _weighed(sight, fixed, cuts)
+            if sight.does:
+                return None, cuts
         programme = Programme(task, shape, cuts, value, reach, stiff, stalled)
         trial, stalled = programme.solve(purse), programme.stalled
         if trial is not None and turn in QUIETED and task.residual.slope and trial.value <= QUIET * SILENT:
             # Less is not worth moving a break for: where they stand they may do.
-            fixed, more = _on_mesh(task, joined(trial.shape, 1.01 * CLOSEST), cuts, purse, kept(task))
-            if fixed is not None and fixed.value <= SILENT and excess(task, fixed.shape, fixed.value)[0] <= kept(task):
+            fixed, more = _keeping(task, joined(trial.shape, 1.01 * CLOSEST), cuts, purse)
+            if fixed is not None and fixed.value <= SILENT:
                 return fixed, more
         if sought and turn >= PATIENT and value <= SILENT:
             break
@@ -233,7 +323,7 @@ def _settled(
             break  # the rows are no others where breaks reach less far
         if turn in TRIED:
             build = replace(trial, shape=joined(trial.shape, 1.01 * CLOSEST))
-            rest, cuts = _proven(task, at_rest(task, build), cuts, purse)
+            rest, cuts = _proven(sight, at_rest(task, build), cuts)
             if rest is not None:
                 return rest, cuts
         moved = float(np.abs(trial.shape.x - shape.x).max())
@@ -258,8 +348,8 @@ def _settled(
             stiff = stiffness(task, shape, m)
         if task.residual.slope and reach <= NEARLY and better and not (missed <= EXACT and over <= kept(task)):
             # What is left to gain by the breaks is of the second order of that: they stay, and the rest is linear.
-            fixed, cuts = _on_mesh(task, shape, cuts, purse, kept(task))
-            if fixed is not None and excess(task, fixed.shape, fixed.value)[0] <= kept(task):
+            fixed, cuts = _keeping(task, shape, cuts, purse)
+            if fixed is not None:
                 last = min(fixed, last or fixed, key=lambda one: one.value)
                 break
         if missed <= EXACT and over <= kept(task):
@@ -276,38 +366,38 @@ def _settled(
     return last, cuts
 
 
-def _proven(task: Task, rest: Solved | None, cuts: Cuts, purse: SearchPurse) -> tuple[Solved | None, Cuts]:
-    """A law at rest with its bound, and the cuts with its own; None where that is far: it may be at rest in the wrong
-    build, and its bound tells."""
+def _proven(sight: _Sight, rest: Solved | None, cuts: Cuts) -> tuple[Solved | None, Cuts]:
+    """A law at rest, and the cuts with its own; None where its bound is far: it may be at rest in the wrong build."""
     if rest is None:
         return None, cuts
-    bound = _bound(task, rest, cuts, purse)
-    if rest.value - bound > _near(task, rest.value):
+    bound = _bound(sight.task, rest, cuts, sight.purse)
+    sight.saw(rest, bound)
+    if rest.value - bound > _near(sight.task, rest.value):
         return None, cuts
     own = rest.multipliers.cuts
-    return replace(rest, bound=bound), cuts.and_at(own.n, own.angle, own.places)
+    return rest, cuts.and_at(own.n, own.angle, own.places, own.dips)
 
 
-def _sharpened(task: Task, meshed: Solved, cuts: Cuts, purse: SearchPurse) -> tuple[Solved | None, Cuts]:
+def _sharpened(sight: _Sight, meshed: Solved, cuts: Cuts) -> tuple[Solved | None, Cuts]:
     """The law at rest in the build that a mesh shows when it becomes finer where the jerk changes; None without one."""
     for _ in range(SHARPENED):
-        mesh = finer(meshed.shape, task.jerk.at(meshed.value))
-        solved, cuts = _on_mesh(task, mesh, cuts, purse) if len(mesh.h) <= MOST_SPANS else (None, cuts)
+        mesh = finer(meshed.shape, sight.task.jerk.at(meshed.value))
+        solved, cuts = _on_mesh(sight.task, mesh, cuts, sight.purse) if len(mesh.h) <= MOST_SPANS else (None, cuts)
         if solved is None:
             break
         meshed = solved
-        rest, cuts = _shown(task, meshed, cuts, purse)
+        rest, cuts = _shown(sight, meshed, cuts)
         if rest is not None:
             return rest, cuts
     return None, cuts
 
 
-def _shown(task: Task, meshed: Solved, cuts: Cuts, purse: SearchPurse) -> tuple[Solved | None, Cuts]:
+def _shown(sight: _Sight, meshed: Solved, cuts: Cuts) -> tuple[Solved | None, Cuts]:
     """The law at rest in the build that a mesh shows; None where it shows none."""
     for build in (switched, ramped):
-        built = build(task, meshed.shape, meshed.value)
-        rest = None if built is None else at_rest(task, replace(meshed, shape=built), meshed.shape)
-        rest, cuts = _proven(task, rest, cuts, purse)
+        built = build(sight.task, meshed.shape, meshed.value)
+        rest = None if built is None else at_rest(sight.task, replace(meshed, shape=built), meshed.shape)
+        rest, cuts = _proven(sight, rest, cuts)
         if rest is not None:
             return rest, cuts
     return None, cuts
@@ -330,7 +420,7 @@ def _on_mesh(
         solved = Programme(task, mesh, cuts, 0.0, 0.0).solve(purse)
         if solved is None or solved.value > task.most:
             return None, cuts
-        over, further = excess(task, solved.shape, solved.value, exact == ROUGH)
+        over, further = excess(task, solved.shape, solved.value, 1.0 if exact == ROUGH else exact / KEPT)
         if over <= exact:
             break
         cuts = cuts.and_at(*further)
