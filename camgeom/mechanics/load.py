@@ -80,10 +80,10 @@ class Demand:
         jet: s, s', s'' by the cam angle; side: sign of the motion.
         """
         inertia = inertia_force(self.mass, self.speed, jet[2], self.rotating)
-        force = self.friction * side + inertia + (self.preload + self.weight) + self.rate * jet[0]
+        force = np.asarray(self.friction * side + inertia + (self.preload + self.weight) + self.rate * jet[0])
         for one in self.applied:
-            force = force + self.of(one, theta, jet)
-        return np.asarray(force), inertia
+            force = force + self.of(one, theta, jet).astype(force.dtype, copy=False)
+        return force, inertia
 
     def of(self, one: Applied, theta: Floats, jet: Sequence[Floats] | Floats) -> Floats:
         """One of the applied forces."""

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from camgeom.cams.cylindrical import Cylindrical
 from camgeom.design.batch.legs import FINE
-from camgeom.design.batch.motion import REACH, ROUNDS, Ints, Motion, Points, nearer, vertex
+from camgeom.design.batch.motion import REACH, ROUNDS, Ints, Motion, Points, nearer, single, vertex
 from camgeom.design.batch.variants import Mask, Variants, demand_of
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
@@ -119,12 +119,22 @@ class Axial(ABC):
 
     def once(self, key: Hashable, points: Points, what: Callable[[], Known]) -> Known:
         """Something of points, which is kept, by a key, of the samples: they come again."""
-        if points not in vars(self.motion).get("parts", ()):
+        if not points.kept:
             return what()
         if (key, points) not in self._known:
             self._known[key, points] = what()
         found: Known = self._known[key, points]
         return found
+
+    @cached_property
+    def rough(self) -> Self:
+        """The same in single precision."""
+        return type(self)(self.variants.rough, self.motion)
+
+    def largest(self, what: Callable[[Self, Points], Floats], motion: Motion, bent: bool = False) -> Floats:
+        """The largest of a quantity of drums at points of a motion, (n,)."""
+        values = motion.spread(partial(what, self.rough), rough=True)
+        return motion.largest(partial(what, self), values, bent, lambda rows: partial(what, self.of(rows)))
 
     def of(self, rows: Ints) -> Self:
         """Those of these variants, each as often as it is named."""
@@ -251,16 +261,20 @@ class Axial(ABC):
         return np.asarray((1.0 + twist2) / rest)
 
     def over(
-        self, what: Callable[[Floats, Points], Floats], places: Floats, values: Floats, motion: Motion
+        self, what: Callable[[Self, Floats, Points], Floats], places: Floats, values: Floats, motion: Motion
     ) -> Floats:
         """Largest of a quantity over a motion and over places along the roller (k, n), (n,); values: at the samples."""
         found = []
         piece, step, _ = motion.tops(values)
         for top in zip(piece, step):
             near = motion.at(top[0], top[1][None])
-            height = np.stack([what(place, near)[0] for place in places])
+            height = np.stack([what(self, place, near)[0] for place in places])
             best = np.broadcast_to(places, height.shape)[height.argmax(axis=0), np.arange(motion.size)]
-            found.append(motion.laid(partial(what, best), *top)[1])
+
+            def some(rows: Ints, best: Floats = best) -> Callable[[Points], Floats]:
+                return partial(what, self.of(rows), best[rows])
+
+            found.append(motion.top(partial(what, self, best), *top, some)[0])
         return np.asarray(np.max(found, axis=0))
 
     # Load
@@ -286,21 +300,21 @@ class Axial(ABC):
         forces = []
         for way in self.ways:
 
-            def normal(points: Points, way: float = way) -> Floats:
-                force = self.force(points)
-                return _only(way, force, np.abs(self.normal(points, way, force, self.quoted)))
+            def normal(drums: Self, points: Points, way: float = way) -> Floats:
+                force = drums.force(points)
+                return _only(way, force, np.abs(drums.normal(points, way, force, drums.quoted)))
 
-            forces.append(self.motion.largest(normal, bent=self.guided))
+            forces.append(self.largest(normal, self.motion, self.guided))
         return np.asarray(np.max(forces, axis=0))
 
     @cached_property
     def peak_torque(self) -> Floats:
         """Largest torque of the camshaft, N m."""
 
-        def torque(points: Points) -> Floats:
-            return np.abs(self.pushed(points, self.force(points)) * points.ds)
+        def torque(drums: Self, points: Points) -> Floats:
+            return np.abs(drums.pushed(points, drums.force(points)) * points.ds)
 
-        return MILLI * self.motion.largest(torque, bent=self.guided)
+        return MILLI * self.largest(torque, self.motion, self.guided)
 
     @cached_property
     def mean_torque(self) -> Floats:
@@ -436,11 +450,11 @@ class Axial(ABC):
         found = []
         for way in self.ways:
 
-            def square(points: Points, way: float = way) -> Floats:
-                force = self.force(points)
-                return _only(way, force, self.square(points, way, force))
+            def square(drums: Self, points: Points, way: float = way) -> Floats:
+                force = drums.force(points)
+                return _only(way, force, drums.square(points, way, force))
 
-            found.append(self.motion.largest(square, bent=self.guided))
+            found.append(self.largest(square, self.motion, self.guided))
         return tuple(np.sqrt(np.maximum(one, 0.0)) for one in found)
 
     @property
@@ -541,12 +555,13 @@ class Axial(ABC):
         """Whether contacts are so much narrower than the roller at some samples, and so much of it touches, that none
         can be wider."""
         found = np.ones(self.variants.size, dtype=bool)
-        points = self.motion.samples.of(slice(None, None, APART))
-        force = self.force(points)
+        points, rough = self.motion.samples.of(slice(None, None, APART)).rough, self.rough
+        vars(rough)["_softer"] = single(self._softer)
+        force = rough.force(points)
         for way in self.ways:
-            near = self.ends(points, way, force)
-            wide = _only(way, force, near.square) > (0.5 * NARROW * self.roller * near.curvature / self.pair) ** 2
-            found &= ~wide.any(axis=(0, 1)) & (near.touching > SPARE * self.length).all(axis=0)
+            near = rough.ends(points, way, force)
+            wide = _only(way, force, near.square) > (0.5 * NARROW * rough.roller * near.curvature / rough.pair) ** 2
+            found &= ~wide.any(axis=(0, 1)) & (near.touching > SPARE * rough.length).all(axis=0)
         return found
 
     @property

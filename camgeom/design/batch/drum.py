@@ -23,7 +23,7 @@ from camgeom.track.follower import CylinderRoller
 if TYPE_CHECKING:
     from camgeom.profile import Profile
 
-CHUNK = 2048
+CHUNK = 8192
 
 GEOMETRY = (
     "blank.diameter_mm",

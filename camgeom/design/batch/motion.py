@@ -7,8 +7,10 @@ number of a law all the variants.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from copy import copy
+from dataclasses import field, replace
 from math import radians
-from typing import final
+from typing import TypeVar, cast, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,10 +36,13 @@ PART = 16384
 """numbers of a quantity at samples that are computed at once: what arises on the way stays in the cache"""
 STEEP = 1e-3
 ROUNDS = 4
+ABOUT = np.array([[-1], [0], [1]])
 SCAN, SCANNED = 10, (FINE // 64, 2)
 """places on either side of a largest sample at which a quantity with bends is looked at, and their spacings in turn"""
 MIRRORED, BENT = 1e-11, 1e-6
 """shares by which the largest samples of two pieces and their second differences differ where one mirrors the other"""
+ROUNDED = 16
+"""units of the last place by which a quantity of samples may be rounded"""
 
 
 @final
@@ -46,6 +51,7 @@ class Points:
     """The motion at samples: cam angle, rad, lift and derivatives per rad, each (P, n) or (P, 1).
 
     side  sign of the motion there, 0 in a dwell
+    kept  whether they come again, so that what is found out about them is kept
     """
 
     theta: Floats
@@ -53,15 +59,48 @@ class Points:
     ds: Floats
     dds: Floats
     side: Floats
+    kept: bool = field(default=False, kw_only=True)
 
     def of(self, rows: Ints | slice) -> Points:
         """These samples alone."""
         return Points(self.theta[rows], self.s[rows], self.ds[rows], self.dds[rows], self.side[rows])
 
+    @cached_property
+    def rough(self) -> Points:
+        """In single precision, but for the cam angle, which stands on its own side of a jump."""
+        return Points(self.theta, *map(single, (self.s, self.ds, self.dds, self.side)), kept=self.kept)
+
     def flat(self, places: Ints, size: int) -> Points:
         """These places of (P size) alone, (N,)."""
         each = (self.theta, self.s, self.ds, self.dds, self.side)
         return Points(*(one.reshape(-1).take(places if one.shape[1] == size else places // size) for one in each))
+
+
+Some = Callable[[Ints], Callable[["Points"], Floats]]
+Thing = TypeVar("Thing")
+
+
+def changed(thing: Thing, change: Callable[[Floats], Floats]) -> Thing:
+    """The same with all numbers of many variants in it, (n,), changed: in tuples and objects of such numbers too."""
+    if isinstance(thing, np.ndarray):
+        return cast(Thing, change(thing))
+    if isinstance(thing, tuple):
+        return cast(Thing, tuple(changed(one, change) for one in thing))
+    if hasattr(thing, "__dataclass_fields__"):
+        found = copy(thing)
+        vars(found).update({name: changed(one, change) for name, one in vars(thing).items()})
+        return found
+    return thing
+
+
+def of_rows(rows: Ints) -> Callable[[Floats], Floats]:
+    """Numbers of these variants from those of all, of which one stands for all where they are alike."""
+    return lambda values: values.take(rows) if len(values) > 1 else values
+
+
+def single(values: Floats) -> Floats:
+    """In single precision, which takes half the time: enough to see about where a quantity is largest."""
+    return cast(Floats, values.astype(np.float32))
 
 
 FIXED = "rows", "order", "moving", "_table", "_places"
@@ -89,6 +128,8 @@ class Motion:
         """That of these variants, each as often as it is named."""
         found = Motion(tuple(leg.of(rows) for leg in self.legs), len(rows), self.cuts, self.busy)
         vars(found).update({name: getattr(self, name) for name in FIXED})
+        if "lift_range" in vars(self):
+            vars(found)["lift_range"] = changed(self.lift_range, of_rows(rows))
         return found
 
     @cached_property
@@ -170,15 +211,15 @@ class Motion:
         return Points(*(self._laid(x) for x in jets))
 
     @cached_property
-    def parts(self) -> dict[Points, slice]:
-        """These samples, a few of them at a time, and which they are."""
+    def parts(self) -> tuple[Points, ...]:
+        """These samples, a few of them at a time."""
         count, rows = len(self.samples.s), max(1, PART // self.size)
-        each = [slice(first, first + rows) for first in range(0, count, rows)]
-        return {self.samples.of(some): some for some in each}
+        each = (self.samples.of(slice(first, first + rows)) for first in range(0, count, rows))
+        return tuple(replace(points, kept=True) for points in each)
 
-    def spread(self, what: Callable[[Points], Floats]) -> Floats:
-        """A quantity of points at the samples, (P, n) or (P, 1)."""
-        return np.concatenate([what(points) for points in self.parts])
+    def spread(self, what: Callable[[Points], Floats], rough: bool = False) -> Floats:
+        """A quantity of points at the samples, (P, n) or (P, 1); `rough`: in single precision."""
+        return np.concatenate([what(points.rough if rough else points) for points in self.parts])
 
     def _laid(self, values: Floats) -> Floats:
         """(K, samples of a piece, n) as samples (P, n): one of a piece that rests."""
@@ -196,7 +237,7 @@ class Motion:
         whole, one = self.moving * SAMPLES, np.arange(self.size)
         every = whole + len(self.rows) - self.moving
         values = np.broadcast_to(values, (*values.shape[:-2], every, self.size)).reshape(-1, every, self.size)
-        samples = values[:, :whole].reshape(-1, SAMPLES, self.size).swapaxes(0, 1).reshape(SAMPLES, -1)
+        samples = values[:, :whole].reshape(-1, SAMPLES, self.size)
         # A piece that rests has one value.
         rests = values[:, whole:].reshape(-1, self.size)
         beside: tuple[Floats | Ints, ...] = (np.full(rests.shape, FINE // 2), rests, np.zeros(rests.shape))
@@ -211,7 +252,8 @@ class Motion:
         found, open_ = [first], [np.ones(self.size, dtype=bool)]
         # Of halves that mirror each other one is enough.
         like, bent = height[first, one], doubt[first, one]
-        most[(np.abs(height - like) <= MIRRORED * np.abs(like)) & (np.abs(doubt - bent) <= BENT * bent)] = -np.inf
+        near = max(MIRRORED, ROUNDED * float(np.finfo(values.dtype).eps)) * np.abs(like)
+        most[(np.abs(height - like) <= near) & (np.abs(doubt - bent) <= BENT * bent + near)] = -np.inf
         for _ in range(min(count, len(number)) - 1):
             most[found[-1], one] = -np.inf
             best = top_row(most)
@@ -223,10 +265,6 @@ class Motion:
         places = np.stack(found)
         return number[places], step[places, one], np.stack(open_)
 
-    def around(self, piece: Ints, step: Ints) -> Points:
-        """The motion at three fine steps about places, (3, n)."""
-        return self.at(piece, step + np.array([[-REACH], [0], [REACH]]))
-
     @cached_property
     def _places(self) -> tuple[Floats, Floats, Floats, Ints]:
         """Of every piece: beginning and length in its leg's own travel, the sign of the leg's shape, and the leg, (K,)
@@ -235,7 +273,7 @@ class Motion:
         return low, high - low, np.sign(self._table[1, :, FINE // 2]), legs
 
     def at(self, piece: Ints, j: Ints | Floats) -> Points:
-        """The motion at fine steps, or between them, (k, n) of pieces (n,) or (k, n)."""
+        """The motion at fine steps, or between them, (..., n) of pieces (n,) or (k, n): as (P, n)."""
         i = np.asarray(j, dtype=np.intp)
         flat = piece * (FINE + 1) + i
         tables = [one.reshape(-1) for one in self._table[:3]]
@@ -245,15 +283,15 @@ class Motion:
             flat += i < FINE
             f = [value + share * (one.take(flat) - value) for one, value in zip(tables, f)]
         low, span, sign, leg = self._places
-        place = low.take(piece) + span.take(piece) * np.clip(j / FINE, BESIDE, 1.0 - BESIDE)
-        leg = leg.take(piece)
-        several = leg * self.size + np.arange(self.size)
+        legs = leg.take(piece)
+        several = legs * self.size + np.arange(self.size)
         start, before, lift, width, rate, bend, way = (
-            one.reshape(-1).take(leg if one.shape[1] == 1 else several) for one in self._of_legs
+            one.reshape(-1).take(legs if one.shape[1] == 1 else several) for one in self._of_legs
         )
-        side = way * sign.take(piece)
-        return Points(start + width * place, before + lift * f[0], rate * f[1], bend * f[2],
-                      np.broadcast_to(side, np.broadcast_shapes(side.shape, f[0].shape)))  # fmt: skip
+        place = low.take(piece) + span.take(piece) * np.clip(j / FINE, BESIDE, 1.0 - BESIDE)
+        side = np.broadcast_to(way * sign.take(piece), f[0].shape)
+        each = start + width * place, before + lift * f[0], rate * f[1], bend * f[2], side
+        return Points(*(one.reshape(-1, one.shape[-1]) for one in each))
 
     @cached_property
     def _of_legs(self) -> tuple[Floats, ...]:
@@ -302,42 +340,60 @@ class Motion:
             j[rows] = np.interp(share[rows], (f - f[0]) / (f[-1] - f[0]), np.arange(FINE + 1.0))
         return self.at(piece, j)
 
-    def largest(self, again: Callable[[Points], Floats], values: Floats | None = None, bent: bool = False) -> Floats:
+    def largest(
+        self, again: Callable[[Points], Floats], values: Floats | None = None, bent: bool = False,
+        of: Some | None = None,
+    ) -> Floats:
         """The largest of a quantity of points, (n,): sampled, and computed again near its largest samples.
 
-        bent  whether it may have bends between samples: it is then looked at more closely on both sides of them
+        values  the samples, (P, n), in either precision
+        bent    whether it may have bends between samples: it is then looked at more closely on both sides of them
+        of      the same quantity of some of the variants, whose rows it takes
         """
         values = self.spread(again) if values is None else values
-        found = self.laid(again, *self.sought(again, values, bent))[1]
-        return np.asarray(np.maximum(found.max(axis=0), values.max(axis=0)))
+        most, slip = values.max(axis=0), ROUNDED * float(np.finfo(values.dtype).eps)
+        piece, step, tried = self.sought(again, values, bent)
+        found = self.top(again, piece[0], step[0], of)[0]
+        for one, fine, there in zip(piece[1:], step[1:], tried[1:]):
+            rows = np.flatnonzero(there)
+            if of is None or 2 * rows.size > self.size:
+                found = np.maximum(found, self.top(again, one, fine, of)[0])
+            elif rows.size:
+                found[rows] = np.maximum(found[rows], self.of(rows).top(of(rows), one[rows], fine[rows])[0])
+        return np.where(most > found + slip * np.abs(found), most, found)
 
-    def sought(self, again: Callable[[Points], Floats], values: Floats, bent: bool) -> tuple[Ints, Ints]:
-        """Where samples (P, n) of a quantity are largest: pieces and fine steps, (k, n)."""
-        piece, step, _ = self.tops(values)
+    def sought(self, again: Callable[[Points], Floats], values: Floats, bent: bool) -> tuple[Ints, Ints, Mask]:
+        """Where samples (P, n) of a quantity are largest: pieces and fine steps, (k, n), and whether they may hold
+        more than the first."""
+        piece, step, tried = self.tops(values)
         for spacing in SCANNED if bent else ():
             steps = np.clip(step + spacing * np.arange(-SCAN, SCAN + 1)[:, None, None], REACH, FINE - REACH)
-            pieces = np.broadcast_to(piece, steps.shape).reshape(-1, self.size)
-            found = np.broadcast_to(again(self.at(pieces, steps.reshape(-1, self.size))), pieces.shape)
+            found = np.broadcast_to(again(self.at(piece, steps)), (steps.size // self.size, self.size))
             top = top_row(found.reshape(len(steps), -1)).reshape(piece.shape)
             step = np.take_along_axis(steps, top[None], axis=0)[0]
-        return piece, step
+        return piece, step, tried
 
-    def laid(self, again: Callable[[Points], Floats], piece: Ints, step: Ints) -> tuple[Points, Floats, Floats]:
-        """The largest of a quantity near places (n,) or (k, n): three points about each, (3, n) or (3 k, n), value and
-        place between them, -1 to 1, (n,) or (k, n). The points are laid again where it lies beyond them, and nearer
-        where it is steep."""
-        shape = (3, *piece.shape)
-        about = np.array([-1, 0, 1]).reshape(3, *[1] * piece.ndim)
-        pieces, reach = np.broadcast_to(piece, shape).reshape(-1, self.size), np.full(piece.shape, REACH)
-        for _ in range(ROUNDS):
-            near = self.at(pieces, (step + reach * about).reshape(-1, self.size))
-            values = np.broadcast_to(again(near), pieces.shape).reshape(shape)
+    def top(
+        self, again: Callable[[Points], Floats], piece: Ints, step: Ints, of: Some | None = None,
+        reach: Ints | int = REACH, rounds: int = ROUNDS,
+    ) -> tuple[Floats, Floats]:
+        """The largest of a quantity near places, and the fine step where it is, (n,) each: by three points, which are
+        laid again where it lies beyond them, and nearer where it is steep. `of` as of `largest`."""
+        reach = np.broadcast_to(reach, piece.shape)
+        for left in range(rounds - 1, -1, -1):
+            values = np.broadcast_to(again(self.at(piece, step + reach * ABOUT)), (3, self.size))
             at, value = vertex(*values)
+            place = step + at * reach
             more, moved, closer = nearer(values, at, step, reach)
-            if not more.any():
+            rows = np.flatnonzero(more)
+            if not (rows.size and left):
+                break
+            if of is not None and 2 * rows.size <= self.size:
+                value[rows], place[rows] = self.of(rows).top(
+                    of(rows), piece[rows], moved[rows], None, closer[rows], left)
                 break
             step, reach = np.where(more, moved, step), closer
-        return near, value, at
+        return value, place
 
     def smallest(self, again: Callable[[Points], Floats], values: Floats | None = None, bent: bool = False) -> Floats:
         """The smallest, likewise."""
@@ -406,14 +462,13 @@ class Motion:
         return np.asarray(np.max(ends, axis=0) - np.min(ends, axis=0))
 
 
-LEAST = 1e-200
-
 
 def vertex(low: Floats, mid: Floats, high: Floats) -> tuple[Floats, Floats]:
     """Place (-1 to 1) and value of the largest of a parabola through three even samples, ends included."""
     slope, bend = 0.5 * (high - low), low - 2.0 * mid + high
-    # Where it does not bend down the larger end has the largest value: a step far beyond it, held there.
-    at = np.clip(np.divide(slope, np.maximum(-bend, LEAST)), -1.0, 1.0)
+    # Where it does not bend down, or by less than it slopes, an end has the largest value.
+    steep = np.maximum(np.maximum(-bend, np.abs(slope)), float(np.finfo(bend.dtype).tiny))
+    at = slope / steep
     return at, mid + at * (slope + 0.5 * at * bend)
 
 
@@ -431,9 +486,9 @@ def nearer(values: Floats, at: Floats, step: Ints, reach: Ints) -> tuple[Mask, I
 
 
 def top_row(values: Floats) -> Ints:
-    """Rows (n,) of the largest of values (k, n), the first of those that are alike: as `argmax` over the first axis,
-    which takes seven times as long of few rows."""
-    best, top = values[0].copy(), np.zeros(values.shape[1], dtype=np.int16)
+    """Rows (n,) of the largest of values (k, ..., n), the first of those that are alike: as `argmax` over the first
+    axis, which takes seven times as long of few rows."""
+    best, top = values[0].copy(), np.zeros(values.shape[1:], dtype=np.int16)
     for k in range(1, len(values)):
         np.maximum(top, np.multiply(values[k] > best, np.int16(k), dtype=np.int16), out=top)
         np.maximum(best, values[k], out=best)
@@ -441,20 +496,20 @@ def top_row(values: Floats) -> Ints:
 
 
 def _highest(values: Floats) -> tuple[Ints, Floats, Floats]:
-    """Of samples (SAMPLES, n) of pieces the fine step of the largest value, by parabolas through the largest sample and
-    its neighbours, the height there, and how far that may be off: four times what a parabola can stand above its
-    samples, nothing at the end of a piece, where there is a sample; (n,) each."""
-    last, size = SAMPLES - 1, values.shape[1]
-    top, one = np.clip(top_row(values), 1, last - 1), np.arange(size)
-    flat, middle = values.reshape(-1), top * size + one
+    """Of samples (K, SAMPLES, n) of pieces the fine step of the largest value, by parabolas through the largest sample
+    and its neighbours, the height there, and how far that may be off: four times what a parabola can stand above its
+    samples, nothing at the end of a piece, where there is a sample; (K, n) each."""
+    last, size = SAMPLES - 1, values.shape[2]
+    top, one = np.clip(top_row(values.swapaxes(0, 1)), 1, last - 1), np.arange(size)
+    flat, middle = values.reshape(-1), (SAMPLES * np.arange(len(values))[:, None] + top) * size + one
     low, mid, high = (flat.take(middle + k * size) for k in (-1, 0, 1))
     at, height = vertex(low, mid, high)
     place, bend = top + at, np.abs(low - 2.0 * mid + high)
     # Beside an end a peak may stand higher above its samples than the largest sample is.
     for beside in (1, last - 1):
-        low, mid, high = values[beside - 1 : beside + 2]
+        low, mid, high = (values[:, beside + k] for k in (-1, 0, 1))
         at, other = vertex(low, mid, high)
-        higher = np.flatnonzero(other > height)
+        higher = np.nonzero(other > height)
         place[higher], height[higher] = beside + at[higher], other[higher]
         bend[higher] = np.abs(low - 2.0 * mid + high)[higher]
     step = np.clip(np.rint(place * (FINE // last)).astype(np.intp), REACH, FINE - REACH)

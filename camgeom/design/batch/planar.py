@@ -8,6 +8,7 @@ exact model (`track.outline`, `mechanics.load`, `mechanics.hertz`, `mechanics.li
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from functools import lru_cache, partial
 from math import pi
 from typing import TYPE_CHECKING, final
@@ -20,7 +21,7 @@ from camgeom.cams.constant_width import PLATE, ConstantWidth
 from camgeom.cams.disc import Disc
 from camgeom.design.batch.legs import motion_reason
 from camgeom.design.batch.lives import LEAST_LOAD, Lives
-from camgeom.design.batch.motion import Ints, Motion, Points, motion_figures, motion_of
+from camgeom.design.batch.motion import Ints, Motion, Points, changed, motion_figures, motion_of, of_rows, single
 from camgeom.design.batch.seen import Seen
 from camgeom.design.batch.touches import Standing, Touch
 from camgeom.design.batch.variants import Batch, Mask, Variants
@@ -36,7 +37,7 @@ from camgeom.track.follower import FrameFollower
 if TYPE_CHECKING:
     from camgeom.profile import Profile
 
-CHUNK = 2048
+CHUNK = 8192
 
 
 def supports(profile: Profile, varied: Sequence[str]) -> str | None:
@@ -117,6 +118,11 @@ def kernel(profile: Profile, columns: Mapping[str, Floats], figures: Sequence[st
 
 Quantity = Callable[[Seen], Floats]
 """of one touch"""
+NUMBERS = (
+    "offset", "length", "radius", "touches", "guide", "omega", "mass", "friction", "preload", "rate", "weight",
+    "compliance",
+)
+"""what of cams is numbers of variants"""
 
 
 @final
@@ -173,8 +179,10 @@ class Cams:
 
     def _applied(self, one: Applied, p: Points) -> Floats:
         if isinstance(one.value, Expression) and one.value.variables & {"s", "v", "a"}:
-            return one(p.theta, p.s, self.omega * p.ds, self.omega**2 * p.dds)
-        return one(p.theta)
+            force = one(p.theta, p.s, self.omega * p.ds, self.omega**2 * p.dds)
+        else:
+            force = one(p.theta)
+        return force.astype(p.s.dtype, copy=False)
 
     def refuse_folded(self) -> None:
         """The reasons for which no body exists."""
@@ -202,7 +210,33 @@ class Cams:
 
         pressed  whether it rests on the force at the contact, which has bends where a thrust in the guides turns
         """
-        return self.motion.largest(lambda p: what(self.seen(seen.touch, p)), what(seen), pressed and self.rubbed)
+        number = self.all.index(seen)
+
+        def again(cams: Cams, points: Points) -> Floats:
+            return what(cams.seen(cams.touches[number], points))
+
+        return self.most_of(again, what(self.rough.all[number]), pressed and self.rubbed)
+
+    def most_of(self, what: Callable[[Cams, Points], Floats], values: Floats, bent: bool) -> Floats:
+        """The largest of a quantity of cams at points, (n,), by its values at the samples."""
+        return self.motion.largest(partial(what, self), values, bent, lambda rows: partial(what, self.of(rows)))
+
+    @cached_property
+    def rough(self) -> Cams:
+        """The same in single precision."""
+        found = self._changed(single, self.variants.rough, self.motion)
+        found.all = tuple(found.seen(touch, self.motion.samples.rough) for touch in found.touches)
+        return found
+
+    def of(self, rows: Ints) -> Cams:
+        """The same of these variants, each as often as it is named."""
+        return self._changed(of_rows(rows), self.variants.of(rows), self.motion.of(rows))
+
+    def _changed(self, change: Callable[[Floats], Floats], variants: Variants, motion: Motion) -> Cams:
+        found = copy(self)
+        vars(found).update({name: changed(vars(self)[name], change) for name in NUMBERS if name in vars(self)})
+        found.variants, found.motion, found.all = variants, motion, ()
+        return found
 
     def smallest(self, what: Quantity, seen: Seen, pressed: bool = False) -> Floats:
         """The smallest."""
@@ -292,11 +326,11 @@ class Cams:
         """Relative radius where the pressure is largest, mm: of peaks which may be as good as alike that of the
         largest."""
         square = partial(self._square, whole.touch)
-        near, value, at = self.motion.laid(square, *self.motion.sought(square, whole.square, self.rubbed))
-        radius = np.broadcast_to(self.seen(whole.touch, near).relative_radius, near.s.shape)
-        low, mid, high = radius.reshape(3, *value.shape)
-        found = mid + at * (0.5 * (high - low) + 0.5 * at * (low - 2.0 * mid + high))
-        return np.asarray(np.take_along_axis(found, value.argmax(axis=0)[None], axis=0)[0])
+        piece, step, _ = self.motion.sought(square, whole.square, self.rubbed)
+        value, place = np.array([self.motion.top(square, *one) for one in zip(piece, step)]).swapaxes(0, 1)
+        best = value.argmax(axis=0)[None]
+        piece, place = (np.take_along_axis(one, best, axis=0) for one in (piece, place))
+        return np.asarray(self.seen(whole.touch, self.motion.at(piece, place)).relative_radius[0])
 
     def _square(self, touch: Touch, points: Points) -> Floats:
         return self.seen(touch, points).square
@@ -370,7 +404,10 @@ class Cams:
     @cached_property
     def peak_torque(self) -> Floats:
         """Largest size of the torque, N mm."""
-        return self.motion.largest(lambda p: np.abs(self.torque(p)), bent=self.rubbed)
+        rough = self.rough
+        given = sum(touch.way * seen.pushed for touch, seen in zip(rough.touches, rough.all))
+        values = np.abs(given * self.motion.samples.rough.ds)
+        return self.most_of(lambda cams, p: np.abs(cams.torque(p)), values, self.rubbed)
 
     def hard_samples(self, what: Quantity, every: Sequence[Seen] | None = None) -> Floats:
         """Samples (P, n) of a quantity of the hardest pressed of two rollers; of a groove's roller that of all."""

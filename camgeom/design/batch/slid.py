@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camgeom.design.batch.axial import Axial
-from camgeom.design.batch.motion import LEAST, Points
+from camgeom.design.batch.motion import Points, single
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.load import thrust_share
 from camgeom.track.survey import STATIONS
 
+LEAST = 1e-200
 ROUNDS = 5
 """Newton's steps towards the roller that stands nearest a point of a rib"""
 STEEP = float(np.sqrt(2.0))
@@ -87,33 +88,37 @@ class Slid(Axial):
         bent *= sign * self.roller
         return bent
 
-    def _worst(self, what: Callable[[Floats, Points], Floats], low: Floats) -> Floats:
-        """Largest of a quantity over the turn and over the stations from `low` to the land, (n,): walls are alike where
-        a move is turned about its middle."""
-        motion = self.motion.halves
+    def _worst(self, what: Callable[[Slid, Floats, Points], Floats], from_: Callable[[Slid], Floats]) -> Floats:
+        """Largest of a quantity over the turn and over the stations from a place to the land, (n,): walls are alike
+        where a move is turned about its middle."""
+        motion, rough, low = self.motion.halves, self.rough, from_(self)
         if np.all(motion.peaks[0] <= STEEP * low):
-            return motion.largest(partial(what, low))
-        share = np.linspace(0.0, 1.0, STATIONS)
-        radii = low + (self.radius - low) * share[:, None]
+            return self.largest(lambda drums, points: what(drums, from_(drums), points), motion)
+        radii = low + (self.radius - low) * np.linspace(0.0, 1.0, STATIONS)[:, None]
+        first, *others = (single(one) for one in radii[[0, STATIONS // 2, -1]])
 
         def worst(points: Points) -> Floats:
-            values = what(low, points)
+            values = what(rough, first, points)
             # The others matter on steep flanks alone.
-            rows = np.flatnonzero((np.abs(points.ds) > STEEP * low).any(axis=1))
+            rows = np.flatnonzero((np.abs(points.ds) > STEEP * first).any(axis=1))
             if rows.size:
                 steep = points.of(rows)
-                values[rows] = np.max([values[rows], *(what(one, steep) for one in radii[[STATIONS // 2, -1]])], axis=0)
+                values[rows] = np.max([values[rows], *(what(rough, one, steep) for one in others)], axis=0)
             return values
 
-        return self.over(what, radii, motion.spread(worst), motion)
+        return self.over(what, radii, motion.spread(worst, rough=True), motion)
 
     @cached_property
     def margin(self) -> Floats:
         """Least margin against undercut over the wall, 1: from the tool's end up, of a rib from the drum beside it."""
         if not self.rib:
-            return np.asarray(1.0 - self._worst(self._folding, self.floor))
+            return np.asarray(1.0 - self._worst(Slid._folding, lambda drums: drums.floor))
         shares = (0.0,) if np.all(self.motion.peaks[0] <= STEEP * self.floor) else (0.0, 0.5, 1.0)
-        folds = [self.motion.largest(partial(self._rib_folding, share)) for share in shares]
+
+        def folding(share: float, drums: Slid, points: Points) -> Floats:
+            return drums._rib_folding(share, points)
+
+        folds = [self.largest(partial(folding, share), self.motion) for share in shares]
         return np.asarray(1.0 - np.max(folds, axis=0))
 
     def _rib_folding(self, share: float, points: Points) -> Floats:
@@ -149,7 +154,7 @@ class Slid(Axial):
 
     def widest(self, sign: float) -> Floats:
         """On the wall where it is larger, 1, or where it is less, -1."""
-        return self._worst(partial(self._effective_radius, sign), self.low)
+        return self._worst(lambda drums, *at: drums._effective_radius(sign, *at), lambda drums: drums.low)
 
     @property
     def run_out(self) -> Floats:

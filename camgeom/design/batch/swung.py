@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from itertools import product
 from typing import final
 
 import numpy as np
@@ -24,8 +25,8 @@ from numpy.typing import NDArray
 from camgeom.cams import sense_of
 from camgeom.cams.cylindrical import Cylindrical
 from camgeom.design.batch.axial import CANNOT, Axial
-from camgeom.design.batch.motion import LEAST, Motion, Points
-from camgeom.design.batch.slid import ROUNDS, STEEP
+from camgeom.design.batch.motion import Motion, Points, single
+from camgeom.design.batch.slid import LEAST, ROUNDS, STEEP
 from camgeom.design.batch.variants import Variants
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
@@ -84,7 +85,7 @@ class Swung(Axial):
             return given
         ends = np.broadcast_arrays(*(one for leg in self.motion.legs for one in (leg.before, leg.after)))
         low, high = self.start + np.min(ends, axis=0), self.start + np.max(ends, axis=0)
-        return np.asarray(self.arm * 0.5 * sum(self._cosines(low, high)))
+        return np.asarray(self.arm * 0.5 * sum(self._cosines(low, high)), dtype=self.variants.precision)
 
     @staticmethod
     def _cosines(low: Floats, high: Floats) -> tuple[Floats, Floats]:
@@ -146,26 +147,29 @@ class Swung(Axial):
             size = np.abs(size) + turned if way == 0.0 else size - way * turned
         return np.asarray(np.abs(size) / (place * np.abs(arm.up)))
 
-    def _largest(self, axis: bool, *places: Floats) -> Floats:
+    def _largest(self, axis: bool, *places: Callable[[Swung], Floats]) -> Floats:
         """Largest pressure angle, deg, at places along the roller: both are convex functions of 1 / delta, so that
         they are largest at an end of it."""
-        found = [self.motion.largest(partial(self._tangent, axis, place, way)) for place in places for way in self.ways]
+        def tangent(place: Callable[[Swung], Floats], way: float, drums: Swung, points: Points) -> Floats:
+            return drums._tangent(axis, place(drums), way, points)
+
+        found = [self.largest(partial(tangent, *one), self.motion) for one in product(places, self.ways)]
         return np.asarray(np.degrees(np.arctan(np.max(found, axis=0))))
 
     @cached_property
     def steepest(self) -> Floats:
         """At either end of the roller."""
-        return self._largest(False, self.low, self.radius)
+        return self._largest(False, lambda drums: drums.low, lambda drums: drums.radius)
 
     @cached_property
     def steepest_axis(self) -> Floats:
         """At either end of the roller."""
-        return self._largest(True, self.low, self.radius)
+        return self._largest(True, lambda drums: drums.low, lambda drums: drums.radius)
 
     @property
     def steepest_quoted(self) -> Floats:
         """At that place of the roller."""
-        return self._largest(False, self.pitch)
+        return self._largest(False, lambda drums: drums.pitch)
 
     def _bends(self, points: Points, way: float, place: Floats) -> tuple[Floats, Floats]:
         """-2H of the wall that pushes up, 1/mm, and M²/D, 1/mm²; of a groove the larger of both walls, of a rib's lower
@@ -202,33 +206,41 @@ class Swung(Axial):
         bend *= sign * self.roller
         return bend
 
-    def _worst(self, what: Callable[[float, Floats, Points], Floats], low: Floats) -> Floats:
+    def _worst(self, what: Callable[[Swung, float, Floats, Points], Floats], low: Floats) -> Floats:
         """Largest of a quantity over the turn, all walls and the stations from `low` to the land, (n,)."""
-        return np.asarray(np.max([self._worst_of(partial(what, way), low, way) for way in self.ways], axis=0))
+        def of_way(way: float, drums: Swung, place: Floats, points: Points) -> Floats:
+            return what(drums, way, place, points)
 
-    def _worst_of(self, what: Callable[[Floats, Points], Floats], low: Floats, way: float) -> Floats:
+        each = [self._worst_of(partial(of_way, way), low, way) for way in self.ways]
+        return np.asarray(np.max(each, axis=0))
+
+    def _worst_of(self, what: Callable[[Swung, Floats, Points], Floats], low: Floats, way: float) -> Floats:
         radii, steeps = low + (self.radius - low) * np.linspace(0.0, 1.0, STATIONS)[:, None], False
+        rough, (first, *others) = self.rough, (single(one) for one in radii[[0, STATIONS // 2, -1]])
 
         def worst(points: Points) -> Floats:
             nonlocal steeps
-            values, arm = what(low, points), self._at(points, way)
+            values, arm = what(rough, first, points), rough._at(points, way)
             # The others matter on steep flanks alone.
-            rows = np.flatnonzero((np.abs(arm.dz) > STEEP * (low - self.sense * arm.dy)).any(axis=1))
+            rows = np.flatnonzero((np.abs(arm.dz) > STEEP * (first - self.sense * arm.dy)).any(axis=1))
             if rows.size:
                 steeps, steep = True, points.of(rows)
-                values[rows] = np.max([values[rows], *(what(one, steep) for one in radii[[STATIONS // 2, -1]])], axis=0)
+                values[rows] = np.max([values[rows], *(what(rough, one, steep) for one in others)], axis=0)
             return values
 
-        values = self.motion.spread(worst)
+        values = self.motion.spread(worst, rough=True)
         return self.over(what, radii if steeps else radii[[0, -1]], values, self.motion)
 
     @cached_property
     def margin(self) -> Floats:
         """From the tool's end up, of a rib from the drum beside it."""
         if not self.rib:
-            return np.asarray(1.0 - self._worst(self._folding, self.floor))
-        folds = [self.motion.largest(partial(self._rib_folding, share, way))
-                 for share in (0.0, 0.5, 1.0) for way in self.ways]  # fmt: skip
+            return np.asarray(1.0 - self._worst(Swung._folding, self.floor))
+
+        def folding(share: float, way: float, drums: Swung, points: Points) -> Floats:
+            return drums._rib_folding(share, way, points)
+
+        folds = [self.largest(partial(folding, *one), self.motion) for one in product((0.0, 0.5, 1.0), self.ways)]
         return np.asarray(1.0 - np.max(folds, axis=0))
 
     def _rib_folding(self, share: float, way: float, points: Points) -> Floats:
@@ -238,7 +250,7 @@ class Swung(Axial):
 
     def widest(self, sign: float) -> Floats:
         """On the wall where it is larger, 1, or where it is less, -1."""
-        return self._worst(partial(self._effective_radius, sign), self.low)
+        return self._worst(lambda drums, *at: drums._effective_radius(sign, *at), self.low)
 
     @property
     def run_out(self) -> Floats:

@@ -32,7 +32,7 @@ class Slide:
 
     def jets(self, p: Points) -> tuple[Pair, Pair, Pair]:
         """Place, velocity and acceleration in the machine's frame by the cam angle."""
-        zero = np.zeros(1)
+        zero = np.zeros_like(self.y)
         return (self.x + p.s, self.y), (p.ds, zero), (p.dds, zero)
 
     def moved(self, at: Pair) -> Pair:

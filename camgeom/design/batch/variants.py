@@ -150,6 +150,7 @@ class Variants:
         self.columns = columns
         self.size = len(next(iter(self.columns.values())))
         self.rows: NDArray[np.intp] | None = None
+        self.precision: type[np.floating] = np.float64
         self.refusals = Refusals(self.size)
         for key, values in self.columns.items():
             self.refusals.add(_beyond(profile, key, values), f"{key}: out of range")
@@ -175,6 +176,13 @@ class Variants:
         found.size, found.refusals = len(rows), Refusals(len(rows))
         return found
 
+    @property
+    def rough(self) -> Variants:
+        """The same in single precision, without their reasons."""
+        found = copy(self)
+        found.precision, found.refusals = np.float32, Refusals(self.size)
+        return found
+
     def number(self, key: str) -> Floats:
         """The value of a key, (n,) or (1,); a key that the profile leaves out must have a default."""
         found = self.optional(key)
@@ -184,10 +192,12 @@ class Variants:
 
     def optional(self, key: str) -> Floats | None:
         """The same; None where the profile leaves it out and it is not varied."""
+        value: Any
         if key in self.columns:
-            return self.columns[key] if self.rows is None else self.columns[key].take(self.rows)
-        value = value_of(self.profile, key)
-        return None if value is None else np.array([float(value)])
+            value = self.columns[key] if self.rows is None else self.columns[key].take(self.rows)
+        else:
+            value = value_of(self.profile, key)
+        return None if value is None else np.atleast_1d(np.asarray(value, dtype=self.precision))
 
     def varied(self, *prefixes: str) -> bool:
         """Whether a key is varied that begins with one of these."""
@@ -195,7 +205,7 @@ class Variants:
 
     def full(self, values: Floats | float) -> Floats:
         """One number for every variant, (n,)."""
-        return np.array(np.broadcast_to(values, (self.size,)), dtype=np.float64)
+        return np.array(np.broadcast_to(values, (self.size,)), dtype=self.precision)
 
 
 def _beyond(profile: Profile, key: str, values: Floats) -> Mask:
@@ -221,7 +231,7 @@ def demand_of(variants: Variants) -> Demand:
     mass = number(f"follower.{what}") + number(f"operation.load_{what}")
     return Demand(
         np.asarray(speed), mass, number("operation.friction"), number("operation.spring_preload"),
-        number("operation.spring_rate") * unit, np.zeros(1) if turning else mass * number("operation.gravity"),
+        number("operation.spring_rate") * unit, mass * (0.0 if turning else number("operation.gravity")),
         tuple(force.applied() for force in operation.force), turning,
     )  # fmt: skip
 
