@@ -10,6 +10,7 @@ The whole ring is solved: a block cut out of it would be too soft.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from math import degrees
 from typing import Any, Protocol, final
 
@@ -19,7 +20,7 @@ from camgeom.body.cut import Cut
 from camgeom.body.groove import Walled
 from camgeom.body.load import LoadPatch, RollerLoad, asked_patch, nodal_forces
 from camgeom.body.ring import RingMesh, SweptSection, even_planes, ring_of
-from camgeom.body.solver import elastic
+from camgeom.body.solver import Elastic, elastic
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
@@ -225,13 +226,15 @@ class Bending(Protocol):
 class PressedRing:
     """A ring body under its rollers; see `Stressed`.
 
-    angle  rad, asked of the peak; None: where force over squared thickness of the wall is largest
+    angle   rad, asked of the peak; None: where force over squared thickness of the wall is largest
+    solved  gives the nominal stress where it is solved together with that of others, see `nominals`
     """
 
     ring: Bending
     duties: tuple[RollerDuty, ...]
     material: Material
     angle: float | None = None
+    solved: Callable[[], Floats] | None = None
 
     @property
     def notches(self) -> None:
@@ -268,15 +271,15 @@ class PressedRing:
 
     @cached_property
     def nominal(self) -> Floats:
-        """Of the pressed wall. One factorisation; all angles are solved together."""
+        """Of the pressed wall."""
+        return nominals((self,))[0] if self.solved is None else self.solved()
+
+    def under(self, mesh: RingMesh, solver: Elastic) -> Floats:
+        """The same on its mesh; all angles are solved together."""
         found = np.zeros(len(self.theta))
-        if self.patches:
-            ring = ring_of(self.ring.section, even_planes(ANGLES))
-            solver = elastic(ring, self.material)
-            moved = solver.solve(nodal_forces(ring, list(self.patches.values())))
-            for k, (i, pressed) in enumerate(self.patches.items()):
-                told = [self.ring.nominal(ring, moved[:, :, k], patch, solver.material).max() for patch in pressed]
-                found[i] = max(told)
+        moved = solver.solve(nodal_forces(mesh, list(self.patches.values())))
+        for k, (i, pressed) in enumerate(self.patches.items()):
+            found[i] = max(self.ring.nominal(mesh, moved[:, :, k], one, solver.material).max() for one in pressed)
         return found
 
     def where(self, theta: float) -> str:
@@ -299,6 +302,25 @@ class PressedRing:
     def peaks(self) -> tuple[StressPeak, ...]:
         """On the coarser and the finer mesh."""
         return self.ring.peaks(self.patch, self.material)
+
+
+def nominals(rings: Sequence[PressedRing]) -> list[Floats]:
+    """The nominal stress of each, with one factorisation for all whose meshes are the same."""
+    found = [np.zeros(len(one.theta)) for one in rings]
+    left = [(k, one, ring_of(one.ring.section, even_planes(ANGLES))) for k, one in enumerate(rings) if one.patches]
+    while left:
+        _, first, mesh = left[0]
+        alike = [
+            (k, one) for k, one, other in left
+            if one.material == first.material and all(
+                np.array_equal(getattr(mesh, name), getattr(other, name)) for name in ("nodes", "elements")
+            )
+        ]  # fmt: skip
+        solver = elastic(mesh, first.material)
+        for k, one in alike:
+            found[k] = one.under(mesh, solver)
+        left = [each for each in left if each[:2] not in alike]
+    return found
 
 
 def with_hardest(hardest: Floats) -> Floats:

@@ -19,6 +19,7 @@ from camgeom.maths import within_range
 T = TypeVar("T")
 
 SCALARS = (float, int, bool, str, bytes, complex, type(None), type, np.generic)
+PLAIN = frozenset(SCALARS)
 _INSIDE: dict[type, Callable[[Any], Iterable[Any]] | None] = {}
 """what there is inside a value, by its type; None where nothing is looked for"""
 
@@ -28,7 +29,7 @@ def _inside(kind: type) -> Callable[[Any], Iterable[Any]] | None:
     if issubclass(kind, SCALARS):
         return None
     if issubclass(kind, tuple | list):
-        return iter
+        return lambda item: () if PLAIN.issuperset(map(type, item)) else item  # rows of numbers are long
     if issubclass(kind, Mapping):
         return lambda item: item.values()
     # What is hashed by its values holds no array, and what is derived from it was frozen when it was made.

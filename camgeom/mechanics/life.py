@@ -40,6 +40,8 @@ FINE = 32
 """Points a panel at which damage is tabled for the first search, and roller angles that fall into a panel"""
 FEWEST = 64
 """Least number of roller angles in the first search"""
+NOTHING = 1e-9
+"""rad; a range of roller angles between two jumps that holds none"""
 KEEP = 0.9
 """Local maxima of the first search within this share of the largest are refined; its error is below a third of that"""
 ANGLE_TOLERANCE = 1e-12
@@ -352,44 +354,47 @@ class _Brackets:
 def _candidates(rolling: Rolling, chunk: Ints) -> _Brackets:
     """Brackets about the local maxima of the first search that may turn out to be the largest."""
     images = _images(rolling, chunk)
-    low, width = images[:, :-1], np.diff(images, axis=1)
+    owner, which = np.nonzero(np.diff(images, axis=1) >= NOTHING)
+    low, high = images[owner, which], images[owner, which + 1]
+    width = high - low
     # Steps such that FINE of them fall into a panel of mean length; a range with contacts is no longer than the path.
-    turns = np.minimum(width * (rolling.radius[chunk] / rolling.path[chunk])[:, None], 1.0)
-    per = int(np.ceil(max(FEWEST / width.shape[1], FINE * rolling.edges.shape[1] * float(turns.max())))) + 2
-    share = np.linspace(0.0, 1.0, per + 1)
-    inner = np.clip(share, 1e-7, 1.0 - 1e-7)
-    theta = low[..., None] + width[..., None] * inner
-    value = _table(rolling, chunk, theta)
-    value[width < 1e-9] = 0.0
-    padded = np.pad(value, ((0, 0), (0, 0), (1, 1)), constant_values=-1.0)
-    peak = (value >= padded[..., :-2]) & (value >= padded[..., 2:])
-    keep = peak & (value >= KEEP * value.max(axis=(1, 2), keepdims=True))
-    c, e, i = np.nonzero(keep)
+    turns = np.minimum(width * (rolling.radius[chunk] / rolling.path[chunk])[owner], 1.0)
+    panels = FINE * rolling.edges.shape[1]
+    steps = np.ceil(np.maximum(FEWEST / (images.shape[1] - 1), panels * turns)).astype(np.intp) + 2
+    first = np.cumsum(steps + 1) - (steps + 1)
+    of = np.repeat(np.arange(len(low)), steps + 1)
+    i = np.arange(len(of)) - first[of]
+    theta = low[of] + width[of] * np.clip(i / steps[of], 1e-7, 1.0 - 1e-7)
+    value = _table(rolling, chunk, owner[of], theta)
+    inner = (i > 0)[1:]
+    before = np.append(-1.0, np.where(inner, value[:-1], -1.0))
+    after = np.append(np.where(inner, value[1:], -1.0), -1.0)
+    most = np.zeros(len(chunk))
+    np.maximum.at(most, owner[of], value)
     # A plateau (no load at all, or constant damage) needs one candidate, not all of its points.
-    plateau = (i > 0) & (value[c, e, i] == value[c, e, np.maximum(i - 1, 0)])
-    c, e, i = c[~plateau], e[~plateau], i[~plateau]
-    left = low[c, e] + width[c, e] * share[np.maximum(i - 1, 0)]
-    right = low[c, e] + width[c, e] * share[np.minimum(i + 1, per)]
-    return _Brackets(chunk[c], left, right, low[c, e], images[:, 1:][c, e])
+    kept = (value > before) & (value >= after) & (value >= KEEP * most[owner[of]])
+    i, of = i[kept], of[kept]
+    left, right = (low[of] + width[of] * at / steps[of] for at in (np.maximum(i - 1, 0), np.minimum(i + 1, steps[of])))
+    return _Brackets(chunk[owner[of]], left, right, low[of], high[of])
 
 
-def _table(rolling: Rolling, chunk: Ints, theta: Floats) -> Floats:
-    """Damage at roller angles (C, e, q) by linear interpolation in a table of damage over path: the first search."""
+def _table(rolling: Rolling, chunk: Ints, owner: Ints, theta: Floats) -> Floats:
+    """Damage at roller angles (q,) of variants `owner` (q,) of a chunk by linear interpolation in a table of damage
+    over path: the first search."""
     grid = np.linspace(-1.0, 1.0, FINE)
     walls = (np.maximum(rolling.squares[:, chunk] @ chebyshev(grid, POINTS - 1), 0.0)) ** rolling.power
     path = rolling.inside[chunk] @ chebyshev(grid, POINTS)
     offset = 2.0 * np.arange(len(chunk))
     size = rolling.path[chunk]
     known = np.maximum.accumulate((path / size[:, None, None] + offset[:, None, None]).ravel())
-    step = rolling.radius[chunk] / size
-    at = theta * step[:, None, None]
-    value = np.zeros(theta.shape)
+    step = (rolling.radius[chunk] / size)[owner]
+    at = theta * step
+    value = np.zeros(len(theta))
     for j in range(rolling.first, int(np.ceil(np.max(1.0 / step) / np.pi)) + 1):
-        place = at + (np.pi * j * step)[:, None, None]
-        there = (place >= 0.0) & (place <= 1.0)
-        if there.any():
-            shifted = (place + offset[:, None, None])[there]
-            value[there] += np.interp(shifted, known, walls[j % 2].ravel())
+        place = at + np.pi * j * step
+        there = np.flatnonzero((place >= 0.0) & (place <= 1.0))
+        if len(there):
+            value[there] += np.interp(place[there] + offset[owner[there]], known, walls[j % 2].ravel())
     return value / rolling.cycles
 
 

@@ -338,6 +338,13 @@ class Model(Seen):
         return root_stress(self)
 
     @fact
+    def wall_stresses(self) -> dict[int, Floats]:
+        """Nominal stress, MPa, of the walls of all followers on its track by their numbers, where they have one."""
+        from camgeom.model.loaded import wall_stresses
+
+        return wall_stresses(self)
+
+    @fact
     def volume(self) -> Volume:
         """The body as hexahedra or tetrahedra with its load at output.load_angle_deg, for FE programs.
 

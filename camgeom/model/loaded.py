@@ -3,11 +3,14 @@ way; and the output shaft and bolts of a turret: their torque, and what the roll
 
 from __future__ import annotations
 
+from contextlib import suppress
+from functools import partial
 from math import cos, hypot, radians, sin, sqrt
 from typing import TYPE_CHECKING
 
-from camgeom.errors import DesignError
+from camgeom.errors import CamgeomError, DesignError
 from camgeom.immutable import immutable
+from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.mechanics.output_shaft import Bolts, OutputShaft, bolts_of, equivalent_stress
 from camgeom.solid.mechanism import Drive
@@ -42,7 +45,26 @@ def root_stress(model: Model) -> RootStress | None:
         return None
     for one in several:
         one.refuse_folded()
-    return RootStress(PressedRing(body, model.duties, model.profile.material.cam, at))
+    alone = len(model.mates) == 1 or model.state is not None
+    solved = None if alone else partial(_of_mates, model)
+    return RootStress(PressedRing(body, model.duties, model.profile.material.cam, at, solved))
+
+
+def _of_mates(model: Model) -> Floats:
+    """The nominal stress of a follower's wall, from the first one's on its track."""
+    return model.mates[0].wall_stresses[model.number]
+
+
+def wall_stresses(model: Model) -> dict[int, Floats]:
+    """Nominal stress, MPa, by the numbers of the followers on a model's track, solved together."""
+    from camgeom.body.stress import PressedRing, nominals
+
+    rings: dict[int, PressedRing] = {}
+    for one in model.mates:
+        with suppress(CamgeomError):  # raised again where its own is asked for
+            if one.root_stress is not None and isinstance(one.root_stress.body, PressedRing):
+                rings[one.number] = one.root_stress.body
+    return dict(zip(rings, nominals(list(rings.values())), strict=True))
 
 
 def volume(model: Model) -> Volume:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from camgeom.body import bending, stress
+from camgeom.body import bending, solver, stress
 from camgeom.body.cut import cut_of
 from camgeom.body.element import elasticity
 from camgeom.body.groove import groove_of
@@ -31,6 +31,7 @@ from camgeom.solid.drum import RibbedCylinder
 from camgeom.track import TURN
 from tests.body.ribs import ribbed
 from tests.places import PROFILES
+from tests.reference.profiles import built, data_of
 
 
 def pin(root: float = 1.0, limit: float | None = 400.0, **cam: Any) -> Model:
@@ -420,3 +421,29 @@ def test_a_flank_that_no_tool_with_a_corner_cuts_is_judged_as_a_straight_one(
     leaning = [made(300.0, shape="cone", half_angle=angle).root_stress for angle in (1.0, -1.0)]
     assert all("no tool with a corner" in one.why_no_peak for one in leaning)  # type: ignore[union-attr]
     assert np.mean([one.worst.value for one in leaning]) == pytest.approx(straight, rel=0.02)  # type: ignore[union-attr]
+
+
+def test_followers_on_one_track_share_a_factorisation(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each has the stress of its own load, as it has alone; the third of three its own force."""
+    pressed = {"angle": 200.0, "force": [{"from": 100.0, "until": 140.0, "expression": "900"}]}
+    made = built(data_of("pin_insertion", station=[{"angle": 90.0}, pressed]))
+    count, factorised = 0, solver._factorised
+
+    def counted(problem: solver.Elastic) -> solver._Factors:
+        nonlocal count
+        count += 1
+        return factorised(problem)
+
+    monkeypatch.setattr(solver, "_factorised", counted)
+    found = [one.root_stress for one in made.bindings]
+    assert all(one is not None for one in found)
+    together = [one.nominal for one in found if one is not None]
+    assert count == 1
+    third = made.bindings[2].root_stress
+    assert third is not None
+    assert isinstance(third.body, PressedRing)
+    alone = replace(third.body, solved=None).nominal
+    assert count == 2
+    np.testing.assert_array_equal(together[0], together[1])
+    np.testing.assert_allclose(together[2], alone, rtol=1e-12)
+    assert together[2].max() > 1.05 * together[0].max()
