@@ -35,6 +35,8 @@ KERNELS = {
 }
 """The file that carries a kind of cam."""
 
+ROLLED, FEWER = ("fatigue.roller_life_h", "fatigue.roller_slice_life_h"), 2048
+"""figures that take some thousand places of every variant, and how many variants are then evaluated at once"""
 KEPT = 30_000_000
 """bytes"""
 
@@ -136,9 +138,10 @@ def evaluate(
     np.empty(KEPT, dtype=np.int8)
     arrays = {key: np.asarray(values, dtype=np.float64) for key, values in columns.items()}
     size = len(next(iter(arrays.values())))
+    chunk = found.CHUNK if set(ROLLED).isdisjoint(wanted) else min(found.CHUNK, FEWER)
     parts = [
-        found.kernel(profile, {key: values[k : k + found.CHUNK] for key, values in arrays.items()}, wanted, level)
-        for k in range(0, size, found.CHUNK)
+        found.kernel(profile, {key: values[k : k + chunk] for key, values in arrays.items()}, wanted, level)
+        for k in range(0, size, chunk)
     ]
     return _joined(parts, wanted)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from copy import copy
+from functools import lru_cache
 from math import pi
 from typing import TYPE_CHECKING, Any, final
 
@@ -28,6 +29,7 @@ SOLVED = ("dynamics", "impact", "cutter", "tolerance")
 KEY = re.compile(r"([\w-]+)(?:\[(\d+)\])?")
 
 
+@lru_cache(maxsize=1024)
 def path_of(key: str) -> tuple[str | int, ...]:
     """The path of a key through tables and arrays: "motion[0].to" is ("motion", 0, "to")."""
     path: list[str | int] = []
