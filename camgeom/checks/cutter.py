@@ -30,6 +30,12 @@ def gouge(model: Model) -> Iterable[Finding | NotJudged]:
             "(run_out), or use a smaller tool or a longer cutter.lead",
             where=f"mouth, {outcome.machining.tool.about}",
         )  # fmt: skip
+    if (profile := outcome.into_profile) is not None:
+        yield judged(
+            "gouge", profile[0], "<=", spec.gouge_limit, "mm", "use a smaller tool", cam_angle=profile[1],
+            where=f"profile, {outcome.machining.tool.about}",
+        )  # fmt: skip
+        return
     yield judged(
         "gouge", value, "<=", spec.gouge_limit, "mm", outcome.advice if value > spec.gouge_limit else "",
         cam_angle=least.cam_angle if least is not None and value else None, where=outcome.machining.tool.about,

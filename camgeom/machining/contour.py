@@ -23,6 +23,8 @@ PER_TURN = 1440
 CORNER = 1e-6
 """rad; a normal that turns by less at a knot makes no corner"""
 HALVINGS = 12
+FOLLOWED = 0.02
+"""share of its radius between the places at which a tool is held against the profile"""
 TOUCHING = 1e-6
 """mm; where an arc meets the path the tool touches the profile"""
 BESIDE = 1e-9
@@ -84,9 +86,9 @@ class Corners:
         width = np.concatenate([[0.0], np.cumsum(np.abs(self.turn))])
         last = np.maximum(passed - 1, 0)
         share = (p - self._starts[last]) / np.abs(self.turn)[last]
-        inside = (passed > 0) & (share <= 1.0)
+        inside = (passed > 0) & (share <= 1.0 + BESIDE)
         phi = np.where(inside, self.phi[last], p - width[passed]) + TURN * turns
-        return phi, np.where(inside, last, -1), np.where(inside, share, 0.0)
+        return phi, np.where(inside, last, -1), np.where(inside, np.minimum(share, 1.0), 0.0)
 
 
 @final
@@ -151,7 +153,8 @@ class ContourPath:
     def _curve(self, p: Floats) -> tuple[Floats, Curve]:
         """Cam angles and the outline at parameters (n,)."""
         phi, corner, share = self.corners.resolve(p)
-        place = np.where(phi > TURN, phi - TURN, phi)
+        # Behind a corner at the end of the turn the outline begins anew.
+        place = np.where(phi >= TURN, phi - TURN, phi)
         if not np.any(corner >= 0):
             return phi, self.outline.curve(place)
         at = np.maximum(corner, 0)
@@ -214,6 +217,29 @@ class ContourPath:
             return np.asarray(-self.material * self.outline.curve(x).curvature)
 
         return refined_maximum(hollow, phi, owner, hollow(phi))
+
+    def cut(self, places: Floats, radius: float) -> tuple[float, int]:
+        """How deep a tool that goes straight from place to place (2, n) cuts into the profile at most, mm (negative: it
+        stays off by that), and before which of them."""
+        from scipy.spatial import cKDTree
+
+        ways = np.diff(places)
+        parts = np.maximum(1, np.ceil(np.hypot(*ways) / (FOLLOWED * radius))).astype(np.intp)
+        owner = np.repeat(np.arange(len(parts)), parts)
+        share = (np.arange(len(owner)) - (np.cumsum(parts) - parts)[owner]) / parts[owner]
+        x = places[:, owner] + share * ways[:, owner]
+        off = np.full(len(owner), inf)
+        for outline in (self.outline, self.other):
+            if outline is None:
+                continue
+            line = outline.curve(piece_grid(outline.knots(), PER_TURN)[0]).points
+            near = cKDTree(line.T).query(x.T)[1]
+            for end in (near - 1, (near + 1) % line.shape[1]):
+                along, to = line[:, end] - line[:, near], x - line[:, near]
+                at = np.clip((along * to).sum(axis=0) / np.maximum((along * along).sum(axis=0), 1e-300), 0.0, 1.0)
+                off = np.minimum(off, np.hypot(*(to - at * along)))
+        worst = int(np.argmin(off))
+        return radius - float(off[worst]), int(owner[worst]) + 1
 
     def with_lead(self, wanted: float | None, radius: float) -> ContourPath:
         """The path with room for an arc in and out that stays off the profile.

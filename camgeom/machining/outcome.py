@@ -6,6 +6,8 @@ from dataclasses import replace
 from math import degrees, inf
 from typing import Any, final
 
+import numpy as np
+
 from camgeom.errors import DesignError
 from camgeom.immutable import immutable
 from camgeom.machining.contour import ContourPath
@@ -21,6 +23,8 @@ from camgeom.track import Straight, Track
 from camgeom.track.runout import Within
 
 ROWS_LOOKED_AT = 3
+ROUNDING = 1e-6
+"""share of a path's size below which a cut into a profile is the sag of the straight pieces it is looked for on"""
 
 
 @final
@@ -99,8 +103,32 @@ class Outcome:
                     fields.append(RestField(track, side, tool, tuple(far), self.within))
         return extreme_of(fields, -1.0)
 
+    @cached_property
+    def into_profile(self) -> tuple[float, float] | None:
+        """Deepest cut of a tool into a profile that it runs round, mm, beyond what its chords take, and the cam angle;
+        None without a cut."""
+        found = (0.0, 0.0)
+        for path, tool in zip(self.machining.paths, self.machining.tools):
+            laid = path.along if isinstance(path, PlatePath) else path
+            if not isinstance(laid, ContourPath):
+                continue
+            (made,) = replace(self.machining, paths=(path,), tools=(tool,)).passes("cam")
+            moves = [move.positions for move in made.moves if move.kind != "rapid"]
+            places = np.concatenate([one.tip[:2] for one in moves], axis=1)
+            deep, at = laid.cut(places, tool.radius)
+            deep -= made.chord_error
+            if deep > max(found[0], ROUNDING * float(np.abs(places).max())):
+                found = deep, float(np.concatenate([one.phi for one in moves])[at])
+        return found if found[0] else None
+
     def refuse_gouges(self) -> None:
         """Raise DesignError where the tool cuts deeper into a finished flank than spec.gouge_limit allows."""
+        if (profile := self.into_profile) is not None and profile[0] > self.machining.spec.gouge_limit + SAME:
+            raise DesignError(
+                f"the {self.machining.tool.about} cuts {profile[0]:.4g} mm into the profile at cam angle "
+                f"{degrees(profile[1]) % 360.0:.6g} deg (cutter.gouge_limit {self.machining.spec.gouge_limit:g} mm); "
+                "use a smaller tool"
+            )
         if self.certain:
             return
         least, limit = self.least, self.machining.spec.gouge_limit
@@ -197,7 +225,8 @@ class Outcome:
         data |= {"standing_mm": machining.standing} if machining.standing else {}
         data |= {"largest_tool_diameter_mm": self._largest_tool}
         if not machining.tracks:  # a contour leaves the stock asked for
-            return data | {"least_rest_mm": spec.allowance, "most_rest_mm": spec.allowance}
+            least = spec.allowance if self.into_profile is None else -self.into_profile[0]
+            return data | {"least_rest_mm": least, "most_rest_mm": spec.allowance}
         data |= self.least.data("least_rest") if self.least else {}
         data |= self.most.data("most_rest") if self.most else {}
         if mouth := self.mouth():

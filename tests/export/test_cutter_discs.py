@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from camgeom.errors import DesignError, ProfileError
+from camgeom.machining.contour import ContourPath
+from camgeom.machining.outcome import Outcome
+from camgeom.machining.plate import PlatePath
 from camgeom.model import Model
 from camgeom.profile import parse
 from tests.oracle.cutter_simulation import disc_profile, fed, forward_rotary_c, read_apt, read_gcode, swept
 from tests.places import PROFILES
 from tests.reference.milled_cams import model, written
+from tests.reference.profiles import built, data_of, said
 
 STEPS = ((90, 18.0), (150, None), (270, 0.0), (360, None))
 
@@ -183,3 +190,63 @@ def test_rotary_axis_never_goes_round_in_the_cut(tmp_path: Path, name: str, star
         axis = np.tile([0.0, 0.0, 1.0], (len(tip), 1))
         left = swept(stirred(made, number), tip, axis, [12.0, 0.0, 6.0, 0.0, 0.0, 0.0, 50.0])
         assert np.abs(left).max() < 1e-3
+
+
+def off_outline(made: Model, places: np.ndarray) -> float:
+    """Least distance of straight ways between places (n, 2) from the outline of the solid's upper face, mm: of ten
+    thousand points on its edges."""
+    mesh = made.solid.mesh
+    faces = mesh.faces[np.all(np.abs(mesh.vertices[mesh.faces][:, :, 2] - mesh.vertices[:, 2].max()) < 1e-9, axis=1)]
+    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    edges, count = np.unique(edges, axis=0, return_counts=True)
+    ends = mesh.vertices[edges[count == 1]][:, :, :2]
+    share = np.linspace(0.0, 1.0, 1 + 10_000 // len(ends))[:, None, None]
+    points = (ends[:, 0] + share * (ends[:, 1] - ends[:, 0])).reshape(-1, 2)
+    pieces = np.maximum(1, np.ceil(np.linalg.norm(np.diff(places, axis=0), axis=1) / 0.2)).astype(int)
+    ways = [a + np.linspace(0.0, 1.0, n + 1)[:, None] * (b - a) for a, b, n in zip(places, places[1:], pieces)]
+    return min(float(np.linalg.norm(points - at, axis=1).min()) for at in np.concatenate(ways))
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [{}, {"kind": "roller", "diameter": None}, {"diameter": 40}, {"diameter": 4, "milling": "conventional"},
+     {"kind": "wheel", "diameter": 60}, {"allowance": 0.2}],
+)  # fmt: skip
+def test_round_a_plate_every_corner_stays(tmp_path: Path, changed: dict[str, Any]) -> None:
+    """The corner at which the path begins was cut off by 0.29 of the tool's radius, and `gouge` passed with 0."""
+    made = built(data_of("linear_edge", **{f"cutter__{key}": value for key, value in changed.items()}))
+    path = written(made, tmp_path, "gcode")
+    at = {"X": 0.0, "Y": 0.0}
+    places = []
+    for line in path.read_text().splitlines():
+        if line.startswith("G1 X"):
+            at |= {word[0]: float(word[1:]) for word in line.split()[1:3]}
+            places.append((at["X"], at["Y"]))
+    radius = made.machined.machining.tool.radius + changed.get("allowance", 0.0)
+    assert len(places) > 100
+    assert -0.006 < off_outline(made, np.array(places)) - radius < 0.006
+    assert [one.value for one in said(made, "gouge")] == [0.0]
+
+
+@pytest.mark.parametrize(("share", "level"), [(1.001, "pass"), (0.999, "fail")])
+def test_a_cut_into_a_profile_is_judged(share: float, level: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a path that is nearer to it than the tool's radius; chords add no more than they are said to."""
+    found = nearer(built(data_of("linear_edge"))).into_profile
+    assert found is not None
+    assert found[0] == pytest.approx(0.05, abs=5e-4)
+    made = built(data_of("linear_edge", cutter__gouge_limit=share * found[0]))
+    outcome = nearer(made)
+    monkeypatch.setitem(vars(made), "machined", outcome)
+    (told,) = said(made, "gouge")
+    assert (told.level, told.value) == (level, found[0])
+    with nullcontext() if level == "pass" else pytest.raises(DesignError, match="into the profile"):
+        outcome.refuse_gouges()
+
+
+def nearer(made: Model) -> Outcome:
+    """Of a path round a plate that is 0.05 mm too near to it."""
+    machining = made.machined.machining
+    (path,) = machining.paths
+    assert isinstance(path, PlatePath)
+    assert isinstance(path.along, ContourPath)
+    return Outcome(replace(machining, paths=(replace(path, along=replace(path.along, reach=path.along.reach - 0.05)),)))
