@@ -19,7 +19,6 @@ from camgeom.design.study import Axis, Data, Value, axis
 from camgeom.errors import Problem, ProfileError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
-from camgeom.maths.sobol import sobol
 from camgeom.mechanics.applied import Expression, compile_expression
 
 Method = Literal["grid", "list", "sobol", "latin"]
@@ -172,7 +171,7 @@ class Plan:
         if self.method == "latin":
             places = _hypercube(self.count, len(self.axes), self.seed)
             return np.asarray(places[numbers[0] : numbers[-1] + 1])
-        return sobol(len(self.axes), self.seed, int(numbers[0]), len(numbers))
+        return _sobol(len(self.axes), self.seed, int(numbers[0]), len(numbers))
 
     def described(self) -> dict[str, Any]:
         """All that its variants rest on, as plain data."""
@@ -188,6 +187,18 @@ def _taken(values: Sequence[Value], chosen: npt.NDArray[np.intp]) -> Column:
     if all(isinstance(value, float | int) for value in values) and any(isinstance(value, float) for value in values):
         return np.array(values, dtype=np.float64)[chosen]
     return [values[i] for i in chosen]
+
+
+def _sobol(axes: int, seed: int, first: int, count: int) -> Floats:
+    """Points of a scrambled Sobol sequence from the number `first` on, (count, axes)."""
+    from scipy.stats import qmc
+
+    sequence = qmc.Sobol(axes, scramble=True, rng=np.random.default_rng(seed))
+    if first:
+        sequence.fast_forward(first)
+        return np.asarray(sequence.random(count))
+    # The first point alone: its balance is asked of a whole power of two, which a study need not have.
+    return np.concatenate([sequence.random(1), sequence.random(count - 1)]) if count > 1 else sequence.random(1)
 
 
 @lru_cache(maxsize=2)
