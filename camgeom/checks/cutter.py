@@ -1,4 +1,5 @@
-"""What the [cutter] tool makes of the flanks: how deep it cuts into them, and what it leaves that jams the follower."""
+"""What the [cutter] tool makes of the flanks, how deep it cuts into them, what it leaves that jams the follower; and
+whether it goes into a ring."""
 
 from __future__ import annotations
 
@@ -17,10 +18,6 @@ if TYPE_CHECKING:
 def gouge(model: Model) -> Iterable[Finding | NotJudged]:
     """Deepest cut of the tool into a finished flank, against `cutter.gouge_limit`; a tool that does not fit fails."""
     outcome = model.machined
-    if (room := outcome.machining.room) is not None:
-        yield NotJudged("angle-head", f"how large it is nobody says: along the tool's axis the ring leaves "
-                        f"{room.length:.6g} mm for it and its tool, less for what it is thick, and from that axis down "
-                        f"to the web {room.below:.6g} mm")  # fmt: skip
     least, spec = outcome.least, outcome.machining.spec
     value = 0.0 if outcome.certain or least is None else max(0.0, -least.value)
     if mouth := outcome.mouth():
@@ -40,6 +37,29 @@ def gouge(model: Model) -> Iterable[Finding | NotJudged]:
         "gouge", value, "<=", spec.gouge_limit, "mm", outcome.advice if value > spec.gouge_limit else "",
         cam_angle=least.cam_angle if least is not None and value else None, where=outcome.machining.tool.about,
     )  # fmt: skip
+
+
+@check("angle-head", "cutter")
+def angle_head(model: Model) -> Iterable[Finding | NotJudged]:
+    """The tool's `cutter.length` against the room within the ring that it cuts from within; the head has no key."""
+    try:
+        machining = model.machined.machining
+    except DesignError:
+        return
+    room, spec = machining.room, machining.spec
+    if room is None:
+        return
+    if spec.length is not None:
+        yield judged(
+            "angle-head", spec.length, "<=", room.length, "mm",
+            f"the tool alone is {spec.length - room.length:.6g} mm longer than the ring leaves behind it: a smaller "
+            "cutter.length or cutter.retract, or a larger cam.inner_diameter",
+            where=f"tool alone, from its end to the ring behind, {machining.tool.about}",
+        )  # fmt: skip
+    yield NotJudged("angle-head", f"the groove within the ring has to be cut by an angle head, and how large that is "
+                    f"nobody says: along the tool's axis the ring leaves {room.length:.6g} mm for it and its tool, "
+                    "less for what it is thicker than the tool, and from that axis down to the web "
+                    f"{room.below:.6g} mm")  # fmt: skip
 
 
 @check("stock-left", "cutter")

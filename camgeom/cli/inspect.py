@@ -61,6 +61,8 @@ def _lines(data: dict[str, Any], found: Inspection) -> list[str]:
     whole = found.of()
     lines = [f"{data['name']} ({data['kind']}): {verdict} of {whole.points} points"]
     place = f"angle {data['angle_deg']:.6f} deg, axial {data['axial_mm']:.6f} mm"
+    if data["fit"] == "travel":
+        place = f"travel {data['translation_mm'][0]:.6f} mm, height {data['axial_mm']:.6f} mm"
     if found.undetermined:
         place += f" (the points say nothing about: {', '.join(found.undetermined)})"
     lines.append(f"  best fit: {found.fit}; {place}")

@@ -79,8 +79,10 @@ def _warned(machining: Machining) -> list[str]:
     """What a ring that is cut from within leaves the angle head, and what of a groove is left standing, in words."""
     words, room = [], machining.room
     if room is not None:
-        words.append(f"ANGLE HEAD AND TOOL AT MOST {room.length:.6g} MM LONG, LESS FOR WHAT THE HEAD IS THICK, "
+        words.append(f"ANGLE HEAD AND TOOL AT MOST {room.length:.6g} MM LONG, LESS FOR WHAT THE HEAD IS THICKER, "
                      f"TOOL AXIS {room.below:.6g} MM ABOVE THE WEB")  # fmt: skip
+        if (length := machining.spec.length or 0.0) > room.length:
+            words.append(f"THE TOOL ALONE IS {length:.6g} MM LONG AND STANDS IN THE RING BEHIND IT")
     if machining.standing:
         words.append(f"ROUGH THE GROOVE OUT FIRST: BETWEEN THE PASSES {machining.standing:.6g} MM OF IT STAND")
     return words

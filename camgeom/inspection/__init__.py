@@ -22,7 +22,7 @@ from camgeom.inspection.feet import ROUNDS as ENOUGH
 from camgeom.inspection.feet import Feet, Target
 from camgeom.inspection.points import MeasuredPoints
 from camgeom.maths import Floats
-from camgeom.model.surfaces import flank_surfaces, within
+from camgeom.model.surfaces import measured_surfaces, within
 from camgeom.track import TURN
 
 if TYPE_CHECKING:
@@ -174,7 +174,7 @@ def inspect(model: Model, points: MeasuredPoints, probe_radius: float = 0.0, fit
         raise ProfileError([Problem("--fit", "a plate has no axis to turn about", fit, "none, travel or rigid")])
     if fit == "travel" and not slides:
         raise ProfileError([Problem("--fit", "a cam that turns has no travel", fit, "none, angle, axial or rigid")])
-    surfaces = flank_surfaces(model)
+    surfaces = measured_surfaces(model)
     target = Target.of(surfaces, within(model))
     names = tuple(surface.name for surface in surfaces)
     allowed = _allowed(points, names)

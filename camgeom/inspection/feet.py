@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
-from camgeom.model.surfaces import FlankSurface
+from camgeom.model.surfaces import MeasuredSurface
 from camgeom.track import TURN
 
 if TYPE_CHECKING:
@@ -50,12 +50,12 @@ class Feet:
 class Target:
     """The flanks to measure against, with the seeds of the search."""
 
-    surfaces: tuple[FlankSurface, ...]
+    surfaces: tuple[MeasuredSurface, ...]
     seeds: tuple[Any, ...]
     grids: tuple[tuple[Floats, Floats], ...]
 
     @classmethod
-    def of(cls, surfaces: tuple[FlankSurface, ...], within: Callable[[Floats], Floats]) -> Target:
+    def of(cls, surfaces: tuple[MeasuredSurface, ...], within: Callable[[Floats], Floats]) -> Target:
         """Sampled once; points outside the blank are no seeds."""
         from scipy.spatial import cKDTree
 
@@ -108,7 +108,7 @@ class Target:
         return best
 
 
-def _feet(surface: FlankSurface, number: int, points: Floats, phi: Floats, t: Floats, rounds: int) -> Feet:
+def _feet(surface: MeasuredSurface, number: int, points: Floats, phi: Floats, t: Floats, rounds: int) -> Feet:
     """Feet on one flank by Newton steps from (phi, t), kept within the flank's parameters."""
     (low, high), (bottom, top) = surface.span, surface.wall
     wide, tall = high - low, top - bottom

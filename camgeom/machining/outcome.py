@@ -222,6 +222,7 @@ class Outcome:
             data["foot_left_mm"] = max(rows.foot_left for rows in machining.rows)
         if machining.room is not None:
             data |= {"head_room_mm": machining.room.length, "head_over_web_mm": machining.room.below}
+            data |= {} if spec.length is None else {"head_left_mm": machining.room.length - spec.length}
         data |= {"standing_mm": machining.standing} if machining.standing else {}
         data |= {"largest_tool_diameter_mm": self._largest_tool}
         if not machining.tracks:  # a contour leaves the stock asked for

@@ -177,7 +177,7 @@ class Hollow:
 class Room:
     """What a ring that is cut from within leaves an angle head, mm.
 
-    length  of it with its tool, from the tool's end, where it is free, to the ring behind
+    length  of it with its tool, as thick as that, from the tool's end, where it is free, to the ring behind
     below   from the tool's axis, where it is lowest, down to the web
     """
 
@@ -378,8 +378,8 @@ class Machining:
 
         def length(at: Positions) -> Floats:
             along = at.tip[0] * at.away[0] + at.tip[1] * at.away[1]
-            beside = at.tip[0] * at.away[1] - at.tip[1] * at.away[0]
-            return np.asarray(np.sqrt(around - beside * beside) - along)
+            beside = np.abs(at.tip[0] * at.away[1] - at.tip[1] * at.away[0]) + self.thickest
+            return np.asarray(np.sqrt(np.maximum(around - beside * beside, 0.0)) - along)
 
         free = [float(length(self._outside(at))[0]) for path in self.paths for at in self._plunges(path)]
         cut = [-_largest(path, lambda at: -length(at)) for path in self.paths]

@@ -170,12 +170,16 @@ class CutterSpec(Section):
 
     def _taper_problems(self, tracks: tuple[Track, ...]) -> list[Problem]:
         """A taper lies along the flank of a cone of its own half angle, its axis along the roller's."""
+        angles = sorted({degrees(atan(slope_to_tip(track))) for track in tracks})
+        if angles and angles[-1] - angles[0] > SAME:
+            each = " and ".join(dict.fromkeys(f"{angle:g}" for angle in angles))
+            limit = f"0, or kind = 'roller': one taper does not lie along rollers of unequal half angles, {each} deg"
+            return [_problem("half_angle", self.half_angle, limit)]
         found = [_problem(key, getattr(self, key), f"{word}, for a taper")
                  for key, word in (("path", "flank"), ("axis", "roller")) if getattr(self, key) != word]  # fmt: skip
-        angles = sorted({degrees(atan(slope_to_tip(track))) for track in tracks})
-        if not angles or any(abs(angle - self.half_angle) > SAME for angle in angles):
-            leans = " and ".join(f"{angle:g}" for angle in angles if abs(angle) > SAME)
-            limit = "0" + (f", or that of the roller, {leans} deg" if leans else "")
+        if not angles or abs(angles[0] - self.half_angle) > SAME:
+            leans = bool(angles) and max(map(abs, angles)) > SAME
+            limit = f"0, or that of the roller, {angles[0]:g} deg" if leans else "0"
             found.append(_problem("half_angle", self.half_angle, limit))
         return found
 

@@ -15,10 +15,13 @@ from camgeom.errors import DesignError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.surface import Forms, dot
+from camgeom.solid.pocket import EdgePlate, PocketPlate
 from camgeom.solid.prism import GroovedPlate, Prism
 from camgeom.track import TURN, Track
+from camgeom.track.carriage import Carriage
 from camgeom.track.flank import Flank
 from camgeom.track.outline import Outline, RollerOutline
+from camgeom.track.plate import ROUND_ENDS, UPPER_SIDE, EdgeOutline, PocketOutline
 from camgeom.track.runout import Within
 
 if TYPE_CHECKING:
@@ -135,13 +138,7 @@ class PrismFlank:
 
     def at(self, phi: Floats, t: Floats) -> FlankPatch:
         """The wall at (phi, t), (n,) each."""
-        curve = self.outline.curve(phi)
-        zero = np.zeros_like(phi)
-        n = np.stack([*curve.normals, zero])
-        along = np.stack([-curve.normals[1] * curve.speed, curve.normals[0] * curve.speed, zero])
-        bend = -self.material * curve.curvature * curve.speed**2
-        up = np.stack([zero, zero, np.ones_like(phi)])
-        return FlankPatch(np.stack([*curve.points, t]), self.material * n, along, up, (bend, zero, zero))
+        return _raised(self.outline, self.material, phi, t)
 
     def pitch(self, phi: Floats, t: Floats) -> Floats | None:
         """Points of the roller's axis at that height, (3, n); None for a follower without a roller."""
@@ -155,6 +152,51 @@ class PrismFlank:
 
 
 FlankSurface = RolledFlank | PrismFlank
+
+
+@final
+@immutable
+class PlateFlank:
+    """The wall of a plate that slides, over a part of its outline's parameter, between two heights; material as above.
+    """
+
+    name: str
+    outline: EdgeOutline | PocketOutline
+    wall: tuple[float, float]
+    span: tuple[float, float]
+    carriage: Carriage
+    material: float
+
+    @property
+    def closed(self) -> bool:
+        """It has two ends."""
+        return False
+
+    def angle(self, phi: Floats) -> Floats:
+        """The angles of its drive (n,), rad, on the way out, at which the roller is nearest to such places."""
+        return self.carriage.out(self.outline.share(phi) * self.carriage.stroke)
+
+    def at(self, phi: Floats, t: Floats) -> FlankPatch:
+        """The wall at (phi, t), (n,) each."""
+        return _raised(self.outline, self.material, phi, t)
+
+    def station(self, t: Floats) -> Floats:
+        """The height z, mm."""
+        return t
+
+
+MeasuredSurface = FlankSurface | PlateFlank
+
+
+def _raised(outline: Outline, material: float, phi: Floats, t: Floats) -> FlankPatch:
+    """The wall over an outline at parameters and heights (n,)."""
+    curve = outline.curve(phi)
+    zero = np.zeros_like(phi)
+    n = np.stack([*curve.normals, zero])
+    along = np.stack([-curve.normals[1] * curve.speed, curve.normals[0] * curve.speed, zero])
+    bend = -material * curve.curvature * curve.speed**2
+    up = np.stack([zero, zero, np.ones_like(phi)])
+    return FlankPatch(np.stack([*curve.points, t]), material * n, along, up, (bend, zero, zero))
 
 
 def flank_surfaces(model: Model) -> tuple[FlankSurface, ...]:
@@ -190,6 +232,24 @@ def flank_surfaces(model: Model) -> tuple[FlankSurface, ...]:
                 found.append(RolledFlank(word, cutter, side, ends, (touched[0], touched[1])))
     if not found:
         raise DesignError(f"a cam of kind {model.profile.kind} has no flank to measure")
+    return tuple(found)
+
+
+def measured_surfaces(model: Model) -> tuple[MeasuredSurface, ...]:
+    """The flanks of a cam as far as they are made: a plate's edge straight on to its ends and through its thickness,
+    and beside the walls of a plate's groove the half circles that end it. Raises as `flank_surfaces`.
+    """
+    flanks, carriage = flank_surfaces(model), model.mechanism.carriage
+    found: list[MeasuredSurface] = list(flanks)
+    for part in model.parts if carriage is not None else ():
+        assert carriage is not None
+        if isinstance(part, EdgePlate):
+            found = [PlateFlank(flanks[0].name, part.outline, (0.0, part.top), UPPER_SIDE, carriage, 1.0)]
+        elif isinstance(part, PocketPlate):
+            outline, wall = part.pocket.outline, (part.floor, part.top)
+            assert isinstance(outline, PocketOutline)
+            found += [PlateFlank(f"groove, {name}", outline, wall, span, carriage, -1.0)
+                      for name, span in zip(("start", "end"), ROUND_ENDS)]  # fmt: skip
     return tuple(found)
 
 

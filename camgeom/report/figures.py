@@ -146,6 +146,8 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("least_rest_mm", "least stock left by the tool", "mm"),
         ("most_rest_mm", "most stock left by the tool", "mm"),
         ("scallop_mm", "ridges between its rows", "mm"),
+        ("head_room_mm", "room for angle head and tool", "mm"),
+        ("head_left_mm", "left of it for the head alone", "mm"),
         ("cutting_time_min", "time at the feeds", "min"),
     ),
     "tolerance": (

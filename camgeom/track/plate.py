@@ -25,6 +25,10 @@ STRAIGHT = 0.05
 """share of the parameter's turn that each straight side takes"""
 FIRST, LAST = 3.0 * STRAIGHT * TURN, (1.0 - 2.0 * STRAIGHT) * TURN
 """parameters between which the envelope runs, from the end of the stroke back to its start"""
+UPPER_SIDE = 2.0 * STRAIGHT * TURN, LAST + (1.0 - 1e-12) * STRAIGHT * TURN
+"""parameters between which the edge runs, its straight ends too, from one end of the plate to the other"""
+ROUND_ENDS = ((1.0 - CAP) * TURN, TURN), ((0.5 - CAP) * TURN, 0.5 * TURN)
+"""parameters between which the half circles about the start and the end of a groove run"""
 
 
 @final

@@ -922,6 +922,7 @@ WITHOUT = {
     "fins": "widths that cut fins off are refused, or told by `horns` first",
     "impact-reproducible": "no formula says which play is chaotic",
     "gouge": "tools are no part of the designs; tests/claims/test_cutter_checks.py",
+    "angle-head": "the same: tests/oracle/test_cutter_rings.py",
     "stock-left": "the same",
     "dynamic-run-out": "vibration beside a run-out: tests/dynamics/test_judged_where_it_acts.py",
     "dynamic-crown-length": "follows its rigid check: tests/dynamics/test_judged_where_it_acts.py",

@@ -19,6 +19,7 @@ from camgeom.inspection import GROSS, inspect, rotation
 from camgeom.inspection.points import MeasuredPoints, read_points
 from camgeom.model import Model, read
 from camgeom.model.surfaces import flank_surfaces, within
+from camgeom.profile import from_data
 from tests.oracle.envelope import roller_distance, swept_distance
 from tests.places import PROFILES
 
@@ -338,3 +339,64 @@ def test_points_at_the_very_edges_do_not_keep_the_fit_from_settling(name: str, s
     moves = np.vstack([np.cross(found.points[:, found.kept], normal, axis=0) / 50.0, normal])
     assert np.abs(moves @ found.deviation[found.kept]).max() < 1e-6 * found.kept.sum()
     assert float(np.std(found.deviation[found.kept])) < 0.006
+
+
+def edge_plate() -> Model:
+    """A plate whose edge is one straight ramp of 1 in 5, 150 mm long, under a roller of 9 mm that runs 25 to 125 mm."""
+    cam = {"kind": "linear", "form": "edge", "stroke": 100.0, "length": 150.0, "thickness": 12.0, "start": 25.0,
+           "edge": 32.0, "drive": "simple-harmonic"}  # fmt: skip
+    roller = {"shape": "cylinder", "diameter": 18.0, "length": 9.0}
+    return Model(from_data({"name": "ramp", "cam": cam, "follower": {"kind": "translating"}, "roller": roller,
+                            "motion": ({"until": 40.0, "to": 8.0, "law": "constant-velocity"},
+                                       {"until": 100.0, "to": 20.0, "law": "constant-velocity"})}))  # fmt: skip
+
+
+def on_the_ramp(along: np.ndarray, off: float) -> np.ndarray:
+    """Points (3, n) over places along the plate, `off` mm off its edge, at heights all through its thickness."""
+    way = np.array([1.0, 0.2]) / np.hypot(1.0, 0.2)
+    normal = np.array([-way[1], way[0]])
+    middle = np.array([25.0, 32.0]) - 9.0 * normal
+    foot = middle[:, None] + np.outer(way, (along - middle[0]) / way[0])
+    return np.stack([*(foot + off * normal[:, None]), np.linspace(0.0, 12.0, len(along))])
+
+
+def test_an_edge_is_measured_straight_on_to_the_plates_ends() -> None:
+    made, along = edge_plate(), np.linspace(0.1, 149.9, 200)
+    for off in (0.0, 0.03, -0.2):
+        found = inspect(made, measured(on_the_ramp(along, off)), fit="none")
+        assert found.kept.all()
+        assert np.abs(found.deviation - off).max() < 1e-9
+        assert found.feet.x[0].min() < 0.2
+        assert found.feet.x[0].max() > 149.8
+    # Beyond the ends there is no plate, and what is far off the edge is none of it.
+    few = np.concatenate([along, np.linspace(151.0, 170.0, 40)])
+    assert (~inspect(made, measured(on_the_ramp(few, 0.0)), fit="none").kept).sum() == 40
+    for points in (on_the_ramp(np.linspace(110.0, 190.0, 200), 0.0), on_the_ramp(along, 0.26)):
+        with pytest.raises(ProfileError, match="do not belong to this cam"):
+            inspect(made, measured(points), fit="none")
+    assert inspect(made, measured(on_the_ramp(along, 0.24)), fit="none").kept.all()
+
+
+@pytest.mark.parametrize("name", ["linear_edge", "linear_groove"])
+def test_what_a_plates_mesh_has_of_its_flank_is_measured(name: str) -> None:
+    """An edge was known where the roller touches it alone, a groove without the half circles that end it."""
+    mesh = model(name).solid.mesh
+    x = mesh.vertices[mesh.group_vertices("flank")].T + np.array([0.03, 0.05, 0.0])[:, None]
+    for fit in ("none", "travel"):
+        found = inspect(model(name), measured(x), fit=fit)
+        assert found.kept.all()
+        assert abs(found.of().worst) < 0.06
+    assert abs(found.shift[2]) < 1e-9
+    whole = inspect(model(name), measured(x), fit="rigid")
+    assert abs(whole.of().worst) < 1e-6
+    assert np.allclose(whole.shift[:2], [-0.03, -0.05], atol=1e-5)
+    with pytest.raises(ProfileError, match="do not belong to this cam"):
+        inspect(model(name), measured(x + np.array([0.0, 2.0, 0.0])[:, None]), fit="none")
+
+
+def test_the_text_tells_how_far_a_plate_was_shifted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    mesh, file = model("linear_groove").solid.mesh, tmp_path / "points.csv"
+    rows = mesh.vertices[mesh.group_vertices("flank")] + np.array([0.03, 0.0, 0.0])
+    file.write_text("x,y,z\n" + "\n".join(",".join(map(repr, row)) for row in rows.tolist()))
+    assert main(["inspect", str(PROFILES / "linear_groove.toml"), str(file)]) == 0
+    assert "best fit: travel; travel -0.030000 mm" in capsys.readouterr().out

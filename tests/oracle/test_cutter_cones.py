@@ -17,7 +17,7 @@ from camgeom.checks import judge
 from camgeom.errors import DesignError, ProfileError
 from camgeom.export import write
 from camgeom.model import Model
-from camgeom.profile import from_data
+from camgeom.profile import from_data, read_data
 from tests.oracle.conical_discs import DATA, centres, drawn
 from tests.oracle.cutter_simulation import dense, fed_passes, read_gcode, swept
 from tests.places import PROFILES, ROOT
@@ -185,6 +185,22 @@ def test_what_no_tool_does_is_named(tmp_path: Path) -> None:
     straight = DATA | {"roller": {"diameter": 24.0, "length": 16.0}}
     with pytest.raises(ProfileError, match=r"cutter.half_angle.*allowed: 0$"):
         from_data(straight | {"cutter": {"kind": "flat", "diameter": 9.0, "half_angle": 10.0}})
+    # No one taper cuts both discs of unequal cones, whatever its half angle; either of two equal ones it does.
+    pair = read_data(PROFILES / "conical_pair.toml")
+    for half_angle, other in ((6.0, -5.0), (-5.0, -5.0), (6.0, 0.0), (3.0, 5.99)):
+        unequal = pair | {"cutter": {"kind": "flat", "diameter": 20.0, "half_angle": half_angle}}
+        unequal["return_roller"] = unequal["return_roller"] | {"half_angle": other}
+        if not other:
+            unequal["return_roller"] = {"diameter": 28.0, "length": 14.0}
+        with pytest.raises(ProfileError, match=rf"half_angle.*unequal half angles, {min(other, 6.0):g} and .* deg"):
+            from_data(unequal)
+    for keys in ({}, {"kind": "flat", "diameter": 20.0, "axis": "fitted"}):
+        assert Model(from_data(pair | {"cutter": keys})).machining
+    equal = pair | {"return_roller": pair["return_roller"] | {"half_angle": 6.0}}
+    tapered = {"kind": "flat", "diameter": 20.0, "half_angle": 6.0}
+    assert len(Model(from_data(equal | {"cutter": tapered})).machining.paths) == 2
+    with pytest.raises(ProfileError, match=r"cutter.half_angle.*0, or that of the roller, 6 deg"):
+        from_data(equal | {"cutter": tapered | {"half_angle": 6.01}})
     # The largest taper is as thick at its end as the roller's cone at the floor.
     end = tools_of(GROOVE)[0][1][0]
     keys = {"kind": "flat", "half_angle": 9.0}

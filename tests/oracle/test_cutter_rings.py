@@ -14,7 +14,7 @@ from camgeom.checks import judge
 from camgeom.errors import CamgeomError, DesignError, ProfileError
 from camgeom.export import write
 from camgeom.model import Model
-from camgeom.profile import from_data
+from camgeom.profile import from_data, read
 from tests.oracle.bells import ARM, CONE, CROWN, INNER, LENGTH, RADIUS, SWUNG, bell
 from tests.oracle.cams import oracle_of
 from tests.oracle.cutter_simulation import dense, fed_passes, read_gcode, swept
@@ -151,8 +151,8 @@ def test_the_tool_comes_and_goes_over_the_ring_s_end_and_turns_within_it(tmp_pat
                     assert (before["X"], before["Y"], before["C"]) == (block["X"], block["Y"], block["C"])
         room = model.machining.room
         assert room is not None
-        # From the tool's end along its axis to the ring behind.
-        behind = min(block["X"] + np.sqrt(INNER**2 - block["Y"] ** 2) for block in blocks)
+        # From the tool's end along its axis to the ring behind, which the rim of its shank meets first.
+        behind = min(block["X"] + np.sqrt(INNER**2 - (abs(block["Y"]) + thick) ** 2) for block in blocks)
         assert room.length == pytest.approx(behind, abs=2e-3)
         assert room.below == pytest.approx(min(block["Z"] for block in blocks if block["G"] == "G1") - 16.0, abs=2e-3)
 
@@ -172,9 +172,46 @@ def test_what_an_angle_head_cannot_do_is_named(tmp_path: Path) -> None:
     with pytest.raises(DesignError, match=r"cutter.retract 50 mm leaves .* no place within the ring; below 48.24 mm"):
         made(tmp_path, bell(), kind="flat", diameter=12.0, retract=50.0)
     assert made(tmp_path, bell(), kind="flat", diameter=12.0, retract=48.23)[2]
-    verdict = judge(Model(from_data(bell(cutter={"kind": "flat", "diameter": 12.0}))), ("gouge", "stock-left"))
+    milled = Model(from_data(bell(cutter={"kind": "flat", "diameter": 12.0})))
+    verdict = judge(milled, ("gouge", "stock-left", "angle-head"))
     assert [word.check for word in verdict.not_judged] == ["angle-head"]
+    assert "has to be cut by an angle head" in verdict.not_judged[0].reason
     assert {word.level for word in verdict.findings} == {"pass"}
+
+
+def in_the_ring(blocks: list[dict], length: float, thick: float) -> float:
+    """How deep a straight tool stands in the ring, mm, of points along it and round it, at blocks below its end."""
+    along, turn = (each.ravel() for each in np.meshgrid(np.linspace(0.3, 1.0, 40) * length, np.arange(0.0, 6.28, 0.05)))
+    low = np.array([(block["X"], block["Y"], block["Z"]) for block in blocks if block["Z"] < UP - thick])
+    x, y = low[:, :1] - along, low[:, 1:2] + thick * np.cos(turn)
+    z = low[:, 2:] + thick * np.sin(turn)
+    return float((np.hypot(x, y) - INNER)[z > 16.0].max())
+
+
+@pytest.mark.parametrize("keys", [{"kind": "flat", "diameter": 12.0}, {"kind": "flat", "diameter": 12.0, "retract": 20},
+                                  {"kind": "wheel", "diameter": 12.0}, {}])  # fmt: skip
+def test_a_tool_too_long_for_its_ring_fails(tmp_path: Path, keys: dict[str, Any]) -> None:
+    free, _, _ = made(tmp_path, bell(), **keys)
+    room, thick = free.machined.data()["head_room_mm"], 0.5 * keys.get("diameter", 19.04)
+    assert "head_left_mm" not in free.machined.data()
+    for share, level in ((0.999, "pass"), (1.002, "fail")):
+        model, text, blocks = made(tmp_path, bell(), length=share * room, **keys)
+        verdict = judge(model, ("gouge", "angle-head"))
+        found = next(word for word in verdict.findings if word.check == "angle-head")
+        assert (found.level, found.value, found.limit) == (level, share * room, room)
+        assert model.machined.data()["head_left_mm"] == pytest.approx(room - share * room)
+        assert [word.check for word in verdict.not_judged] == ["angle-head"]
+        assert [word.check for word in verdict.findings if word.level == "fail"] == ["angle-head"] * (level == "fail")
+        # A straight tool moved along the blocks meets the ring by what it is too long.
+        assert in_the_ring(blocks, share * room, thick) == pytest.approx((share - 1.0) * room, rel=0.05)
+        assert ("STANDS IN THE RING" in text) == (level == "fail")
+    assert f"{0.002 * room:.6g} mm longer" in found.advice
+
+
+def test_without_a_ring_there_is_no_angle_head() -> None:
+    drum = Model(read(ROOT / "profiles" / "milled_drum.toml"))
+    verdict = judge(drum, ("angle-head",))
+    assert (verdict.findings, verdict.not_judged) == ((), ())
 
 
 @pytest.mark.parametrize("tool", ["roller", "smaller"])

@@ -34,6 +34,7 @@ _FIGURES = (
     ("mouth_gouge_mm", "Tool thicker than the groove's mouth by", "mm"),
     ("largest_tool_diameter_mm", "Largest tool that goes in", "mm"),
     ("head_room_mm", "Room for angle head and tool along its axis", "mm"),
+    ("head_left_mm", "Left of it for the head alone (negative: the tool is too long)", "mm"),
     ("head_over_web_mm", "Tool's axis above the web, where it is lowest", "mm"),
     ("chord_error_mm", "Chord error of the path", "mm"),
     ("cutting_time_min", "Time at the feeds", "min"),
