@@ -166,7 +166,8 @@ REGULAR = idle(
 )  # fmt: skip
 PLANE_REST = idle("all faces of this cam that no follower touches are plane", "output.free_tolerance")
 NO_GAPS = idle(
-    "a follower touches its own cam; what may not touch are floors of grooves, other discs, pivots and turrets' blanks",
+    "a follower touches its own cam; what may not touch are floors of grooves, other discs, other followers, pivots "
+    "and turrets' blanks",
     "limits.clearance_mm",
 )
 ONE_WAY = idle(

@@ -16,6 +16,7 @@ from camgeom.errors import Problem, ProfileError
 from camgeom.immutable import immutable
 from camgeom.keys import Clearance, Length
 from camgeom.maths import Floats, distinct
+from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.catalogue import LAWS
 from camgeom.motion.program import Program
@@ -26,6 +27,7 @@ from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.solid.pocket import EdgePlate, PocketPlate
 from camgeom.solid.prism import Loop
 from camgeom.track import TURN, Joint, Slide, Swing, Track
+from camgeom.track.beside import least_outside
 from camgeom.track.carriage import Carriage
 from camgeom.track.follower import Mass, Setup, SwingingFollower, TranslatingFollower
 from camgeom.track.outline import Outline, PolygonOutline
@@ -34,7 +36,7 @@ from camgeom.track.plate import EdgeOutline, PocketOutline
 NO_IMPACT = "impacts in the groove of a plate that turns round are not solved so far"
 NO_SHAFT = "the drive of a linear cam moves its plate too, of which nothing is in it: vibration takes it as rigid"
 ONE_WAY = "a plate runs out and back over one flank, and a corrected motion needs two"
-REACH_SAMPLES = 721
+REACH_SAMPLES, PIVOT_SAMPLES = 721, 360
 NO_FILM = "where the plate turns round nothing draws oil in: a film is known of surfaces that go on alone"
 
 
@@ -132,7 +134,8 @@ class Linear(Cam):
             keys = ("cam.width", "cam.groove_depth", "cam.running_clearance")
             found |= idle("only form = 'groove' has one; form = 'edge' ends at the edge it has", *keys)
             held = "what a spring or weight holds on its cam has no play"
-            found |= NO_GAPS | idle(held, "follower.clearance", "limits.play_mm")
+            found |= {} if setup.follower.rotating else NO_GAPS
+            found |= idle(held, "follower.clearance", "limits.play_mm")
         found |= idle(NO_IMPACT, "impact") | idle(ONE_WAY, "dynamics.polydyne")
         found |= idle(NO_SHAFT, *(f"dynamics.shaft_{key}" for key in ("inertia", "stiffness", "damping")))
         found |= idle(NO_FILM, "lubricant.pressure_viscosity", "limits.film_ratio", "limits.warn_film_ratio")
@@ -243,6 +246,21 @@ class LinearMechanism(Mechanism):
         sides = (1.0, -1.0) if self._grooved else (-1.0,)
         track = roller_track(self.cam.form, self.program, 1.0, anchor, self.joint, meridian, self.contact, sides=sides)
         return (replace(track, carriage=self.carriage),)
+
+    @cached_property
+    def pivot_gap(self) -> Extreme | None:
+        """From the pivot of an arm to the plate with its edge, mm, over the travel; one over a groove stands above."""
+        joint = self.joint
+        if self._grooved or not isinstance(joint, Swing):
+            return None
+        x, y, _ = joint.centre
+        rate = self.cam.stroke / TURN
+
+        def beside(share: Floats) -> Floats:
+            return np.stack([x + rate * share, np.full_like(share, y)])
+
+        least = least_outside(beside, np.array([0.0, TURN]), self.profile, PIVOT_SAMPLES)
+        return Extreme(least.value, self._angle(least.cam_angle / TURN), where="pivot to plate")
 
     @property
     def joint(self) -> Joint:

@@ -28,8 +28,9 @@ if TYPE_CHECKING:
 
 Judge = Callable[["Model"], Iterable[Finding | NotJudged]]
 Need = Literal[
-    "body", "solid", "tracks", "planar", "profiles", "turret", "operation", "rated", "roller load", "crowned load",
-    "face load", "turret load", "dynamics", "impact", "cutter", "root", "tolerance", "shaft", "any rated",
+    "body", "solid", "tracks", "planar", "profiles", "arm", "turret", "operation", "rated", "roller load",
+    "crowned load", "face load", "turret load", "dynamics", "impact", "cutter", "root", "tolerance", "shaft",
+    "any rated",
 ]
 OWN = frozenset({"rated", "any rated", "root", "tolerance"})
 """needs beside those of LOADED of checks that every follower on a track is judged by; all others see the track alone"""
@@ -143,6 +144,7 @@ NEEDS: dict[Need, Callable[[Model], bool | str]] = {
     "tracks": lambda model: bool(model.tracks),
     "planar": lambda model: model.planar is not None,
     "profiles": lambda model: model.profiles is not None,
+    "arm": lambda model: model.profile.follower.kind == "swinging",
     "turret": lambda model: model.mechanism.turret is not None,
     "operation": lambda model: True,
     "rated": lambda model: _rated(model),

@@ -75,14 +75,47 @@ def _thinnest(model: Model, error: float) -> float:
 
 @check("followers-apart", "body")
 def followers_apart(model: Model) -> Iterable[Finding | NotJudged]:
-    """Least distance between the rollers of two followers on one body, which move at different times."""
-    if len(model.bindings) > 1 and not all(one.tracks for one in model.bindings):
+    """From the rollers of one follower on a body to those of another, which move at other times, and to its pivot."""
+    if len(model.bindings) > 1 and not all(one.mechanism.rollers for one in model.bindings):
         yield NotJudged("followers-apart", "nothing measures how near faces and edges of two followers come")
+    limit = model.profile.limits.clearance_mm
+    place = "a place further away about the cam (the angle of its [[station]])"
     if model.apart is not None:
         least = model.apart
-        advice = "a place further away about the cam (the angle of its [[station]]), smaller rollers, a larger cam"
-        yield judged("followers-apart", least.value, ">", 0.0, "mm", advice, cam_angle=least.cam_angle,
-                     where=least.where)  # fmt: skip
+        yield judged(
+            "followers-apart", least.value, ">", limit, "mm", f"{place}, smaller rollers, a larger cam",
+            slack=-NO_GAP, cam_angle=least.cam_angle, where=least.where,
+        )  # fmt: skip
+    if model.apart_from_pivots is not None:
+        least = model.apart_from_pivots
+        yield judged(
+            "followers-apart", least.value, ">", limit, "mm",
+            "the roller runs over the pivot of the other arm, so that the pivots have to stand on different sides of "
+            f"the cam, with the arms reaching over: see that the machine has that room, or take {place}, a smaller "
+            "roller, a larger center_distance",
+            slack=-NO_GAP, cam_angle=least.cam_angle, where=least.where, worst="warn",
+        )  # fmt: skip
+
+
+@check("pivot", "arm")
+def pivot(model: Model) -> Iterable[Finding]:
+    """From the pivot of an arm to the circle that its disc sweeps, or to its plate; in a groove it stands beside it."""
+    gap = model.pivot_gap
+    if gap is None:
+        return
+    advice = "so arm and pivot have to stand beside {}, with what touches it reaching over: see that the machine has "
+    advice += "that room, or {}"
+    if model.profiles is None:
+        advice = "the pivot stands in the way of the plate as it goes to and fro, " + advice.format(
+            "it", "take a lower follower.start_angle, which lifts the pivot, or the other side")  # fmt: skip
+    else:
+        swept = model.profiles.largest_radius.value
+        advice = f"the pivot stands within the {swept:.6g} mm that the disc sweeps, " + advice.format(
+            "the disc", "take a larger center_distance")  # fmt: skip
+    yield judged(
+        "pivot", gap.value, ">", model.profile.limits.clearance_mm, "mm", advice,
+        slack=-NO_GAP, cam_angle=gap.cam_angle, where=gap.where, worst="warn",
+    )  # fmt: skip
 
 
 @check("neighbour", "tracks")

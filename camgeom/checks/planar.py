@@ -6,8 +6,6 @@ from collections.abc import Iterable
 from math import degrees
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from camgeom.checks import check
 from camgeom.checks.verdict import NO_GAP, Finding, NotJudged, judged
 
@@ -62,25 +60,6 @@ def face_width(model: Model) -> Iterable[Finding | NotJudged]:
     yield judged(
         "face-width", width, ">=", needed.value, "mm", advice, cam_angle=needed.cam_angle, where=needed.where
     )
-
-
-@check("pivot", "profiles")
-def pivot(model: Model) -> Iterable[Finding]:
-    """From the pivot of an arm to the circle that the disc sweeps; the arm in a face groove stands beside its plate."""
-    from camgeom.track import Swing
-
-    assert model.profiles is not None
-    joint = model.profiles.touches[0].joint
-    if not isinstance(joint, Swing) or any(touch.material < 0.0 for touch in model.profiles.touches):
-        return
-    swept = model.profiles.largest_radius
-    yield judged(
-        "pivot", float(np.hypot(*joint.centre[:2])) - swept.value, ">", model.profile.limits.clearance_mm, "mm",
-        f"the pivot stands within the {swept.value:.6g} mm that the disc sweeps, so arm and pivot have to stand beside "
-        "the disc, with what touches it reaching over: see that the machine has that room, or take a larger "
-        "center_distance",
-        slack=-NO_GAP, cam_angle=swept.cam_angle, where=swept.where, worst="warn",
-    )  # fmt: skip
 
 
 @check("window", "planar")

@@ -25,7 +25,7 @@ from camgeom.model.body import MassProperties
 from camgeom.model.seen import Seen
 from camgeom.profile import Readable, given
 from camgeom.solid.mechanism import Drive
-from camgeom.track import TURN, Track
+from camgeom.track import TURN, Swing, Track
 
 if TYPE_CHECKING:
     from camgeom.body.compliance import Below
@@ -293,6 +293,19 @@ class Model(Seen):
         from camgeom.track.planar import Planar
 
         return Planar(mechanism.profiles, mechanism.outlines, mechanism.program)
+
+    @fact
+    def pivot_gap(self) -> Extreme | None:
+        """Least distance from an arm's pivot to the circle that its disc sweeps, or to its plate as that goes to and
+        fro, mm; negative: within it. None without an arm, and of one beside its cam, as in a groove."""
+        profiles = self.profiles
+        if profiles is None:
+            return self.mechanism.pivot_gap
+        joint = profiles.touches[0].joint
+        if not isinstance(joint, Swing) or any(touch.material < 0.0 for touch in profiles.touches):
+            return None
+        swept = profiles.largest_radius
+        return replace(swept, value=float(np.hypot(*joint.centre[:2])) - swept.value)
 
     @fact
     def pair(self) -> PairResidual | None:
@@ -810,6 +823,15 @@ class Model(Seen):
         from camgeom.model.together import least_apart
 
         return least_apart(self.bindings)
+
+    @fact
+    def apart_from_pivots(self) -> Extreme | None:
+        """Least distance from a roller to the axis of another follower's arm over the turn, mm; None without both."""
+        if len(self.bindings) < 2:
+            return None
+        from camgeom.model.together import least_to_pivot
+
+        return least_to_pivot(self.bindings)
 
     def _summed(self, lives_of: Callable[[Model], dict[str, float]]) -> dict[str, float]:
         """Lives, h, of bodies by Miner's rule over the operating states; of bodies that have one in every state."""

@@ -1,12 +1,16 @@
-"""What the followers on one cam do together: the torque that they ask of its shaft, and how near their rollers come."""
+"""What the followers on one cam do together: the torque that they ask of its shaft, and how near their rollers come to
+each other and to the pivots of arms."""
 
 from __future__ import annotations
 
-from itertools import combinations
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import combinations, permutations
 from math import inf
 from typing import TYPE_CHECKING, final
 
 import numpy as np
+import numpy.typing as npt
 
 from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
@@ -14,11 +18,17 @@ from camgeom.maths.extremum import Extreme, piece_grid, refined_maximum
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import TURN, Panels, panels
 from camgeom.mechanics.duty import largest_of
+from camgeom.track import Swing
 
 if TYPE_CHECKING:
     from camgeom.mechanics.duty import Duty
     from camgeom.model import Model
     from camgeom.track import Track
+
+Segment = tuple[Floats, Floats]
+"""both ends of one in the machine frame, (3, n) each (or (3, 1)), mm"""
+Standing = Callable[[Floats], Segment]
+"""where one stands at cam angles (n,), rad"""
 
 PARALLEL = 1e-20
 """square of the sine of an angle between axes that are parallel"""
@@ -87,35 +97,64 @@ def least_apart(models: tuple[Model, ...]) -> Extreme | None:
     what is told is never more than the distance. Its ends are flat beside a roller on a parallel axis. `where` names
     the two.
     """
-    found = None
-    for one, other in combinations(models, 2):
+    found = []
+    for one, other in combinations(filter(_rolls, models), 2):
         for first in one.tracks:
             for second in other.tracks:
-                least = _apart(first, one.angle, second, other.angle)
-                name = f"follower {one.number + 1} to follower {other.number + 1}"
-                if found is None or least.value < found.value:
-                    found = Extreme(least.value, least.cam_angle, where=name)
-    return found
+                knots = np.concatenate([_knots(first, one.angle), _knots(second, other.angle)])
+                least = _least(_segment(first, one.angle), _segment(second, other.angle), knots,
+                               _thickest(first) + _thickest(second))  # fmt: skip
+                found.append(replace(least, where=f"follower {one.number + 1} to follower {other.number + 1}"))
+    return min(found, key=lambda least: least.value, default=None)
 
 
-def _apart(first: Track, at: float, second: Track, beside: float) -> Extreme:
-    thick = _thickest(first) + _thickest(second)
+def least_to_pivot(models: tuple[Model, ...]) -> Extreme | None:
+    """Least distance from a roller to the axis on which the arm of another follower turns, over the turn, mm, at the
+    cam angle; negative: the axis lies in the roller. None without such an arm.
+
+    That axis counts as far as the arm's own rollers reach along it: a roller on a parallel axis that passes above or
+    below them stands in another plane. Rollers count as in `least_apart`, `where` names the two.
+    """
+    found = []
+    for one, other in permutations(models, 2):
+        pivot = _pivot(other)
+        if pivot is None or not _rolls(one):
+            continue
+        for track in one.tracks:
+            roller = _segment(track, one.angle)
+            parallel, behind, _ = _along(*roller(np.zeros(1)), *pivot(np.zeros(1)))
+            if parallel[0] and behind[0] > 0.0:
+                continue
+            least = _least(roller, pivot, _knots(track, one.angle), _thickest(track))
+            where = f"roller of follower {one.number + 1} to pivot of follower {other.number + 1}"
+            found.append(replace(least, where=where))
+    return min(found, key=lambda least: least.value, default=None)
+
+
+def _rolls(model: Model) -> bool:
+    """Whether what its tracks are of are rollers: a curved face is no more than a part of the circle that it counts as.
+    """
+    return bool(model.mechanism.rollers)
+
+
+def _knots(track: Track, angle: float) -> Floats:
+    return (track.knots() + angle) % TURN
+
+
+def _least(one: Standing, other: Standing, knots: Floats, thick: float) -> Extreme:
+    """Least distance, mm, over the cam angle between what stands about two segments, as thick together."""
 
     def nearness(theta: Floats) -> Floats:
-        ends = (*_ends(first, theta, at), *_ends(second, theta, beside))
-        return np.asarray(-_beside(*ends, thick))
+        return np.asarray(-_beside(*one(theta), *other(theta), thick))
 
-    knots = np.concatenate([(first.knots() + at) % TURN, (second.knots() + beside) % TURN, [0.0, TURN]])
-    theta, owner = piece_grid(distinct(knots), PER_TURN)
+    theta, owner = piece_grid(distinct(np.concatenate([knots, [0.0, TURN]])), PER_TURN)
     value, where = refined_maximum(nearness, theta, owner, nearness(theta))
     return Extreme(-value, where % TURN)
 
 
-def _beside(a: Floats, b: Floats, c: Floats, d: Floats, thick: float) -> Floats:
-    """Distance (n,) of two rollers about the segments from a to b and from c to d, (3, n) each, as thick together.
-
-    Rollers one behind the other on parallel axes are as far apart as their flat ends.
-    """
+def _along(a: Floats, b: Floats, c: Floats, d: Floats) -> tuple[npt.NDArray[np.bool_], Floats, Floats]:
+    """Of segments from a to b and from c to d, (3, n) each: whether their axes are parallel, and then how far one
+    stands behind the other along them and how far they are apart across, mm, (n,) each."""
     u, v = b - a, d - c
     length = np.sqrt((u * u).sum(axis=0))
     axis = u / length
@@ -123,8 +162,17 @@ def _beside(a: Floats, b: Floats, c: Floats, d: Floats, thick: float) -> Floats:
     start, stop = ((axis * (point - a)).sum(axis=0) for point in (c, d))
     behind = np.maximum(np.maximum(np.minimum(start, stop) - length, -np.maximum(start, stop)), 0.0)
     off = c - a - axis * start
-    across = np.sqrt((off * off).sum(axis=0)) - thick
     parallel = (skew * skew).sum(axis=0) <= PARALLEL * (v * v).sum(axis=0)
+    return parallel, behind, np.sqrt((off * off).sum(axis=0))
+
+
+def _beside(a: Floats, b: Floats, c: Floats, d: Floats, thick: float) -> Floats:
+    """Distance (n,) of two rollers about the segments from a to b and from c to d, (3, n) each, as thick together.
+
+    Rollers one behind the other on parallel axes are as far apart as their flat ends.
+    """
+    parallel, behind, across = _along(a, b, c, d)
+    across = across - thick
     flat = np.where(across > 0.0, np.hypot(behind, across), np.where(behind > 0.0, behind, across))
     return np.asarray(np.where(parallel, flat, _between(a, b, c, d) - thick))
 
@@ -135,14 +183,40 @@ def _thickest(track: Track) -> float:
     return float(track.meridian.jet(np.linspace(ends.min(), ends.max(), 33))[3].max())
 
 
-def _ends(track: Track, theta: Floats, angle: float) -> tuple[Floats, Floats]:
-    """Both ends of the roller's axis in the machine frame, turned about the cam by the angle of its place, (3, n)."""
-    point, axis = track.joint.carried(track.anchor, track.axis, track.coordinate((theta - angle) % TURN, 0))
-    c, s = np.cos(track.sense * angle), np.sin(track.sense * angle)
-    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    reach = min(track.tip, *track.contact), max(track.tip, *track.contact)
-    low, high = (turn @ (point[0] + delta * axis[0]) for delta in reach)
-    return low, high
+def _segment(track: Track, angle: float) -> Standing:
+    """Both ends of the roller's axis by cam angles (n,), turned about the cam by the angle of its place."""
+    turn = _turned(track.sense * angle)
+
+    def ends(theta: Floats) -> Segment:
+        point, axis = track.joint.carried(track.anchor, track.axis, track.coordinate((theta - angle) % TURN, 0))
+        low, high = (turn @ (point[0] + delta * axis[0]) for delta in _reach(track))
+        return low, high
+
+    return ends
+
+
+def _pivot(model: Model) -> Standing | None:
+    """The same of the axis on which its arm turns, as far as its rollers reach along it; None without an arm."""
+    joint = model.tracks[0].joint if model.tracks else None
+    if not isinstance(joint, Swing):
+        return None
+    axis, centre = np.array(joint.axis), np.array(joint.centre)
+    reach = [axis @ (np.array(track.anchor) + delta * np.array(track.axis) - centre)
+             for track in model.tracks for delta in _reach(track)]  # fmt: skip
+    turn = _turned(model.mechanism.sense * model.angle)
+    low, high = ((turn @ (centre + delta * axis))[:, None] for delta in (min(reach), max(reach)))
+    return lambda theta: (low, high)
+
+
+def _reach(track: Track) -> tuple[float, float]:
+    """Where along its axis a roller ends, mm."""
+    return min(track.tip, *track.contact), max(track.tip, *track.contact)
+
+
+def _turned(angle: float) -> Floats:
+    """The matrix of a turn about Z by an angle, rad."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def _between(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:

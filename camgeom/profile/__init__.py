@@ -352,7 +352,7 @@ def from_data(
 ) -> Profile:
     """The profile in plain data as `profile_text.load` gives it (tables as dict, arrays as tuple)."""
     first = {key: value for key, value in data.items() if key != "track"}
-    profile = _of_one_track(first, file, problems, dropped)
+    profile = _of_one_track(first, file, problems, dropped, tracks="track" in data)
     if "track" in data:
         from camgeom.profile.own_track import tracks_of
 
@@ -366,13 +366,14 @@ def from_data(
 
 
 def _of_one_track(
-    data: dict[str, Any], file: str = "", problems: list[Problem] | None = None, dropped: set[Path_] | None = None
-) -> Profile:
-    """The same of a profile without [[track]], which may be one of several on a body."""
+    data: dict[str, Any], file: str = "", problems: list[Problem] | None = None, dropped: set[Path_] | None = None,
+    tracks: bool = False,
+) -> Profile:  # fmt: skip
+    """The same of a profile without [[track]], the first of several `tracks` on a body or alone."""
     reader = Reader(Profile, data, file, list(problems or []), set(dropped or ()))
     try:
         profile = Profile(**reader.parts(), source=file)
-        if found := _cross_checks(profile):
+        if found := _cross_checks(profile, tracks):
             raise ProfileError(first_of(found), file)
     except ProfileError as error:
         if data.get("units") != "inch":
@@ -384,13 +385,13 @@ def _of_one_track(
     return profile
 
 
-def _cross_checks(profile: Profile) -> list[Problem]:
+def _cross_checks(profile: Profile, tracks: bool) -> list[Problem]:
     """What no single section can know: the motion as a whole, and what the cam type cannot build."""
     try:
         setup = profile.setup()
     except ProfileError as error:
         return error.problems
-    idle = idle_problems(profile, setup)
+    idle = idle_problems(profile, setup, tracks)
     idle += _warnings_beyond(profile.limits)
     output = profile.output
     if output.free_tolerance is not None and output.free_tolerance < output.tolerance:

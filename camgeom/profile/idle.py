@@ -25,18 +25,23 @@ MODIFIED = ("fatigue_load_limit", "contamination", "pitch_diameter")
 """keys of a bearing that the life factor a_ISO of ISO 281 takes"""
 
 
-def idle_problems(profile: Profile, setup: Setup) -> list[Problem]:
-    """One problem for every key that the profile gives and that nothing would read, with what would read it."""
+def idle_problems(profile: Profile, setup: Setup, tracks: bool = False) -> list[Problem]:
+    """One problem for every key that the profile gives and that nothing would read, with what would read it.
+
+    tracks: whether its body has further tracks
+    """
     return [
         Problem(key, MESSAGE, value if not isinstance(value, BaseModel) else None, "", reason)
-        for key, reason in idle_keys(profile, setup).items()
+        for key, reason in idle_keys(profile, setup, tracks).items()
         if (value := _stated(profile, key)) is not None
     ]
 
 
-def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
+def idle_keys(profile: Profile, setup: Setup, tracks: bool = False) -> dict[str, str]:
     """Keys (dotted paths) that mean nothing for this profile, whether it gives them or not, each with the reason."""
     found = dict(profile.cam.idle(setup))
+    if tracks or (profile.station and setup.roller is not None):
+        found.pop("limits.clearance_mm", None)  # followers keep apart from each other
     rollers, dynamics, impact = profile.rollers, profile.dynamics_spec, profile.impact_spec
     turret = isinstance(setup.follower, TurretFollower)
     if not profile.cam.SLIDES:

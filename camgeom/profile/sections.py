@@ -227,7 +227,7 @@ class Limits(Section):
         0.2, description="1, share by which a drum's rib may be thinner than in a level dwell before a warning"
     )
     clearance_mm: Gap = Field(
-        0.0, description="mm, smallest gap to what must not be touched: floor, other disc, pivot, blank"
+        0.0, description="mm, smallest gap to what must not be touched: floor, other disc, other follower, pivot, blank"
     )
     play_mm: Gap | None = Field(
         None, description="mm, largest play between the two walls that drive a follower: of a groove or rib square to "

@@ -45,6 +45,7 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("peak_torque_n_m", "peak camshaft torque, all followers", "N m"),
         ("mean_torque_n_m", "mean camshaft torque, all followers", "N m"),
         ("least_apart_mm", "least distance between rollers", "mm"),
+        ("least_to_pivot_mm", "least distance of a roller to another follower's pivot", "mm"),
         ("cam_life_h", "cam life under all followers", "h"),
         ("peak_pressure_mpa", "peak contact pressure, hardest follower", "MPa"),
         ("least_life_h", "shortest life of all followers", "h"),

@@ -342,6 +342,11 @@ class Mechanism(ABC):
         return None
 
     @property
+    def pivot_gap(self) -> Extreme | None:
+        """Least distance from the pivot of an arm to a plate that slides, mm, negative within it; None of others."""
+        return None
+
+    @property
     def carrier(self) -> Carrier | None:
         """What carries a roller that stands within its cam; None where nothing of the cam is about it."""
         return None

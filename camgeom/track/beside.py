@@ -1,6 +1,8 @@
-"""Rollers beside bodies that they must not touch: the whole roller against another disc, over the turn."""
+"""What stands beside bodies that it must not touch: a whole roller against another disc, over the turn; a pivot."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 
@@ -56,25 +58,39 @@ def least_across(track: Track, outline: Outline, radius: float) -> Extreme:
 
     Negative where the circle reaches into it: by how far, to the sagitta of a step where its centre does.
     """
-    phi, _ = piece_grid(track.knots(), PER_TURN)
+    least = least_outside(lambda phi: np.asarray(track.pose(phi, 0).a[0][:2]), track.knots(), outline)
+    return Extreme(least.value - radius, least.cam_angle, where="beside each other")
+
+
+def least_outside(path: Callable[[Floats], Floats], knots: Floats, outline: Outline, places: int = PER_TURN) -> Extreme:
+    """Least distance of a point from the region within a closed outline, mm, and the parameter of its place; negative:
+    how far it gets into it, to the sagitta of a step of the outline.
+
+    path    places (2, n) in the outline's frame by parameters (n,) between the first and the last of the knots
+    places  of them that are looked at before the nearest one is looked at closer
+    """
+    phi, _ = piece_grid(knots, places)
     psi, _ = piece_grid(outline.knots(), PER_TURN)
-    signed, near = _signed(_centres(track, phi), outline.curve(psi).points)
+    corners = outline.curve(psi).points
+    signed, near = _signed(path(phi), corners)
     i = int(np.argmin(signed))
     best, at, foot = float(signed[i]), float(phi[i]), float(psi[near[i]])
     step, wide = float(np.diff(phi).max()), float(np.diff(psi).max())
-    for _ in range(ROUNDS if best > 0.0 else 0):
-        phi = np.clip(at + AROUND * step * np.linspace(-1.0, 1.0, CLOSER), *track.span)
-        psi = foot + AROUND * wide * np.linspace(-1.0, 1.0, CLOSER)
-        distance, feet = _nearest(_centres(track, phi), outline.curve(np.mod(psi, 2.0 * np.pi)).points)
+    for _ in range(ROUNDS):
+        phi = np.clip(at + AROUND * step * np.linspace(-1.0, 1.0, CLOSER), knots[0], knots[-1])
+        step *= 2.0 * AROUND / (CLOSER - 1)
+        if best <= 0.0:
+            # Within it one place is as far from several sides.
+            signed, _ = _signed(path(phi), corners)
+            i = int(np.argmin(signed))
+            best, at = float(signed[i]), float(phi[i])
+            continue
+        around = foot + AROUND * wide * np.linspace(-1.0, 1.0, CLOSER)
+        distance, feet = _nearest(path(phi), outline.curve(np.mod(around, 2.0 * np.pi)).points)
         i = int(np.argmin(distance))
-        best, at, foot = float(distance[i]), float(phi[i]), float(psi[feet[i]])
-        step, wide = 2.0 * AROUND * step / (CLOSER - 1), 2.0 * AROUND * wide / (CLOSER - 1)
-    return Extreme(best - radius, at, where="beside each other")
-
-
-def _centres(track: Track, phi: Floats) -> Floats:
-    """Centres of the roller (2, n) in the cam frame."""
-    return np.asarray(track.pose(phi, 0).a[0][:2])
+        best, at, foot = float(distance[i]), float(phi[i]), float(around[feet[i]])
+        wide *= 2.0 * AROUND / (CLOSER - 1)
+    return Extreme(best, at)
 
 
 def _signed(x: Floats, corners: Floats) -> tuple[Floats, np.ndarray]:

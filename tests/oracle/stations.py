@@ -77,6 +77,22 @@ def least_apart(data, lift, count=1801, shares=17):
     return best
 
 
+def least_to_pivot(data, lift, count=20001):
+    """Least distance from a roller to the pivot of another follower's arm on a disc by brute force, mm."""
+    sense = -1.0 if data["cam"].get("direction") == "cw" else 1.0
+    theta, ((ends, radius),) = np.linspace(0.0, TURN, count), axes(data, lift)
+    centre = np.array([[data["cam"]["center_distance"]], [0.0], [0.0]])
+    angles = [0.0, *(radians(station["angle"]) for station in data["station"])]
+    best = np.inf
+    for one in angles:
+        place = stood(ends((theta - one) % TURN)[0], one, sense)[:2]
+        for other in angles:
+            if one != other:
+                pivot = stood(centre, other, sense)[:2]
+                best = min(best, float(np.hypot(*(place - pivot)).min() - radius))
+    return best
+
+
 def torque(data, program, theta):
     """Torque of the camshaft, N mm, (n,), that every force takes by its slope; and where one would pull."""
     operation, follower = data["operation"], data["follower"]

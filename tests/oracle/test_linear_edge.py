@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, hypot, pi, radians, sin
+from math import cos, degrees, hypot, pi, radians, sin
 
 import numpy as np
 import pytest
@@ -215,6 +215,59 @@ def test_every_state_tells_the_force_of_its_drive_where_the_plate_has_a_mass() -
     assert all("peak_drive_force_n" not in one for one in light["fatigue"]["states"])
 
 
+def pivoted(way: float, rest: float, arm: float, limit: float | None = None, **keys: object) -> Model:
+    side = "left" if way > 0.0 else "right"
+    follower = f'kind = "swinging"\narm = {arm}\nstart_angle = {rest}\nside = "{side}"\ninertia = 0.01'
+    limits = "" if limit is None else f"clearance_mm = {limit}"
+    return plate(follower=follower, cam="", rise=degrees(RISE / arm), limits=limits, **keys)
+
+
+def to_the_body(way: float, rest: float, arm: float, start: float = 25.0, edge: float = 32.0) -> float:
+    """Least signed distance of the pivot from the plate below the roller, wherever it stands, over the travel."""
+    x, first = np.linspace(0.0, STROKE, 1001), radians(rest)
+    turn = first + lift(x, rise=RISE / arm)
+    centre = start + x + way * arm * (np.cos(turn) - cos(first)), edge + arm * (np.sin(turn) - sin(first))
+    along = np.linspace(0.0, 150.0, 1501)
+    # It dwells at both ends of the stroke, so that the edge goes on level.
+    high = np.where(along < start, edge, centre[1][-1]) - RADIUS
+    on = (along >= start) & (along <= centre[0][-1])
+    off = along[on, None] - centre[0]
+    under = np.where(np.abs(off) < RADIUS, centre[1] - np.sqrt(np.maximum(RADIUS**2 - off**2, 0.0)), np.inf)
+    high[on] = under.min(axis=1)
+    body = np.concatenate([np.stack([along, high], axis=1), [[150.0, 0.0], [0.0, 0.0]]])
+    pivot = np.stack([start - way * arm * cos(first) + x, np.full_like(x, edge - arm * sin(first))], axis=1)
+    within = (pivot[:, 0] > 0.0) & (pivot[:, 0] < 150.0) & (pivot[:, 1] < np.interp(pivot[:, 0], along, high))
+    away = distances(body, pivot)
+    return float(np.where(within, -away, away).min())
+
+
+@pytest.mark.parametrize(("way", "rest", "arm"), [
+    (-1.0, 0.0, 60.0), (1.0, 20.0, 45.0), (1.0, -3.0, 60.0), (-1.0, -14.0, 70.0), (-1.0, -9.0, 140.0),
+])  # fmt: skip
+def test_a_pivot_is_as_far_from_its_plate_as_it_stands_from_the_material(way: float, rest: float, arm: float) -> None:
+    wanted = to_the_body(way, rest, arm)
+    (found,) = findings(pivoted(way, rest, arm), ["pivot"])
+    assert found.value == pytest.approx(wanted, abs=1e-4)
+    assert found.level == ("pass" if wanted > 0.0 else "warn")
+    if wanted > 0.0:
+        for share, level in ((0.999, "pass"), (1.002, "warn")):
+            assert levels(pivoted(way, rest, arm, share * wanted), "pivot") == [level]
+
+
+def test_a_pivot_under_the_level_end_of_an_edge_is_as_deep_as_that_is_high() -> None:
+    """The arm lies along the travel and rises by 20 deg: the edge ends 60 sin 20 deg - 9 mm above its pivot."""
+    (found,) = findings(pivoted(-1.0, 0.0, 60.0).with_({"motion[1].to": 20.0}), ["pivot"])
+    assert found.value == pytest.approx(RADIUS - 60.0 * sin(radians(20.0)), abs=1e-6)
+    assert (found.level, found.limit) == ("warn", 0.0)
+
+
+def test_an_arm_over_the_groove_of_a_plate_and_a_slide_have_no_pivot_to_judge() -> None:
+    assert levels(plate(), "pivot") == []
+    text = BASE.format(**GIVEN | {"rise": 15, "cam": "width = 80\ngroove_depth = 10", "follower":
+                       'kind = "swinging"\narm = 60\nside = "right"'}).replace('"edge"', '"groove"')  # fmt: skip
+    assert levels(Model(parse(text.replace("spring_preload = 90", ""))), "pivot") == []
+
+
 def test_a_place_beyond_the_plate_is_told_bounds_that_it_may_not_have() -> None:
     with pytest.raises(ProfileError, match="above 0 and below 50 mm, so that the roller stays"):
         plate(start=50.0)
@@ -247,7 +300,7 @@ def test_a_tool_too_large_for_the_hollow_is_refused() -> None:
     ({"cam": "groove_depth = 6"}, "cam.groove_depth", "form = 'groove'"),
     ({"cam": "running_clearance = 0.02"}, "cam.running_clearance", "form = 'groove'"),
     ({"limits": "play_mm = 0.1"}, "limits.play_mm", "no play"),
-    ({"limits": "clearance_mm = 0.1"}, "limits.clearance_mm", "touches its own cam"),
+    ({"limits": "clearance_mm = 0.1"}, "limits.clearance_mm", "touches its own cam"),  # an arm has a pivot: below
     ({"more": "[tolerance]\nrunning_clearance = 0.01"}, "tolerance.running_clearance", "has none"),
     ({"more": "[tolerance]\nside_shift = 0.01\nbacklash_limit = 20"}, "tolerance.backlash_limit", ""),
     ({"more": "[impact]\nrestitution = 0.5"}, "impact", ""),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,12 @@ from camgeom.errors import ProfileError
 from camgeom.export import write
 from camgeom.export.history import impact_history, turn_history
 from camgeom.model import Model
+from camgeom.profile import read_data
 from camgeom.report.result import compute
 from camgeom.report.sections.bodies import cam_poses, follower_bodies
 from tests.oracle.cams import judges_of
-from tests.oracle.stations import axes, least_apart, stood, torque
+from tests.oracle.stations import axes, least_apart, least_to_pivot, stood, torque
+from tests.places import ROOT
 from tests.profile.cases import made
 from tests.reference.profiles import built, changed
 
@@ -168,6 +171,119 @@ def test_rollers_that_meet_are_found() -> None:
     assert (near.level, far.level) == ("fail", "pass")
     flat = judge(model_of("disc, flat face", station=[{"angle": 90.0}]), ["followers-apart"])
     assert "faces" in flat.not_judged[0].reason
+
+
+def test_followers_keep_the_clearance_that_is_asked_for() -> None:
+    least = model_of("disc, roller", station=[{"angle": 30.0}]).apart.value
+    assert least > 0.0
+    for share, level in ((0.999, "pass"), (1.002, "fail")):
+        asked = model_of("disc, roller", station=[{"angle": 30.0}], limits={"clearance_mm": share * least})
+        (found,) = findings(asked, ["followers-apart"])
+        assert (found.level, found.limit) == (level, share * least)
+    with pytest.raises(ProfileError, match=r"limits\.clearance_mm: means nothing here.*other followers"):
+        model_of("disc, roller", limits={"clearance_mm": 1.0})
+
+
+def test_the_clearance_is_a_key_of_a_slide_beside_a_groove_of_another_track() -> None:
+    """2 mm are left below the roller in the groove; the rollers are far apart."""
+    groove = {"form": "groove", "rim": "profile", "base_radius": 20.0, "groove_depth": 8.0}
+    track = [{"angle": 90.0, "cam": groove, "roller": {"diameter": 8.0, "length": 6.0}}]
+    for limit, level in ((1.9, "pass"), (2.1, "fail")):
+        both = model_of("disc, roller", track=track, limits={"clearance_mm": limit})
+        levels = {one.check: (one.level, one.limit) for one in findings(both, ["floor-gap", "followers-apart"])}
+        assert levels == {"floor-gap": (level, limit), "followers-apart": ("pass", limit)}
+
+
+PASSING: Data = {
+    "cam": {"kind": "disc", "base_radius": 60.0, "width": 16.0, "bore": 25.0, "center_distance": 104.0},
+    "follower": {"kind": "swinging", "arm": 66.0, "inertia": 0.01, "side": "left"},
+    "roller": {"diameter": 30.0, "length": 14.0},
+    "motion": [{"until": 60.0}, {"until": 150.0, "to": 14.0, "law": "modified-sine"}, {"until": 200.0},
+               {"until": 300.0, "to": 0.0, "law": "modified-sine"}, {"until": 360.0}],
+    "operation": {"speed": 100.0, "spring_preload": 12000.0, "spring_rate": 100.0},
+    "station": [{"angle": 40.0}],
+}  # fmt: skip
+
+
+def to_pivot(model: Model) -> tuple[Any, ...]:
+    """Level, value and place of the finding on rollers and pivots."""
+    (found,) = (one for one in findings(model, ["followers-apart"]) if "pivot" in one.where)
+    return found.level, found.value, found.where
+
+
+@pytest.mark.parametrize("direction", ["ccw", "cw"])
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("angles", [(40.0,), (42.0, 130.0), (320.0,)])
+def test_a_roller_keeps_off_the_pivots_of_the_other_arms(side: str, direction: str, angles: tuple[float, ...]) -> None:
+    data = changed(deepcopy(PASSING), cam__direction=direction, follower__side=side)
+    data["station"] = [{"angle": at} for at in angles]
+    model = built(data)
+    wanted = least_to_pivot(data, lambda phi: model.setup.program.jet(phi, 0)[0])
+    level, value, _ = to_pivot(model)
+    assert value == pytest.approx(wanted, abs=1e-6)
+    assert level == ("pass" if wanted > 0.0 else "warn")
+
+
+def test_a_pivot_within_the_roller_of_another_follower_is_told() -> None:
+    """Its axis comes within 13.07 mm of the middle of a roller of 30 mm, which is free of the other's roller."""
+    model = built(PASSING)
+    at = 104.0 * np.exp(1j * np.radians(40.0))
+    rest = np.arccos((104.0**2 + 66.0**2 - 75.0**2) / (2.0 * 104.0 * 66.0))
+    near = np.abs(104.0 + 66.0 * np.exp(1j * (np.pi - rest - np.radians(np.linspace(0.0, 14.0, 100_001)))) - at).min()
+    level, value, where = to_pivot(model)
+    assert near == pytest.approx(13.07, abs=5e-3)
+    assert (level, value) == ("warn", pytest.approx(near - 15.0, abs=1e-6))
+    assert where == "roller of follower 1 to pivot of follower 2"
+    rollers, _ = findings(model, ["followers-apart"])
+    assert (rollers.level, rollers.where) == ("pass", "follower 1 to follower 2")
+    assert compute(model, ["contact"]).data["together"]["least_to_pivot_mm"] == pytest.approx(value)
+    for share, wanted in ((0.999, "pass"), (1.002, "warn")):
+        thin = changed(deepcopy(PASSING), roller__diameter=20.0, cam__base_radius=65.0)
+        clear = to_pivot(built(thin))[1]
+        assert clear == pytest.approx(near - 10.0, abs=1e-6)
+        assert to_pivot(built(changed(deepcopy(thin), limits={"clearance_mm": share * clear})))[0] == wanted
+
+
+def test_pivots_of_rockers_and_of_a_drum_s_arms_are_kept_clear() -> None:
+    """A rocker's axis counts along both of its rollers; a drum's beside the roller of its own arm, and no further."""
+    rocker = model_of("pair, rocker", station=[{"angle": 180.0}])
+    theta = np.linspace(0.0, TURN, 20001)
+    wanted = np.inf
+    for track in rocker.tracks:
+        point, _ = track.joint.carried(track.anchor, track.axis, track.coordinate(theta, 0))
+        wanted = min(wanted, np.hypot(*(point[0][:2] + np.array(track.joint.centre[:2])[:, None])).min()
+                     - 0.5 * rocker.setup.roller.diameter)  # fmt: skip
+    assert rocker.apart_from_pivots.value == pytest.approx(wanted, abs=1e-6)
+    drum = model_of("drum, arm", station=[{"angle": 75.0}])
+    (track,), follower = drum.tracks, drum.setup.follower
+    low, high = sorted(track.contact)
+    turn = np.radians(follower.start_angle) + drum.setup.program.jet(theta, 0)[0]
+    (_, distance, height), x = track.joint.centre, np.linspace(min(low, track.tip), high, 41)
+    place = np.stack(np.broadcast_arrays(x[:, None], distance - follower.arm * np.cos(turn),
+                                         height + follower.arm * np.sin(turn)))  # fmt: skip
+    away = [np.inf]
+    for way in (-1.0, 1.0):
+        turned = stood(place.reshape(3, -1), np.radians(way * 75.0), drum.mechanism.sense)
+        beyond = np.maximum(np.maximum(x[0] - turned[0], turned[0] - x[-1]), 0.0)
+        away.append(np.sqrt(beyond**2 + (turned[1] - distance) ** 2 + (turned[2] - height) ** 2).min())
+    thick = 12.0 + 6.5 * np.tan(np.radians(6.0))  # a cone, where it is thickest
+    assert drum.apart_from_pivots.value == pytest.approx(min(away) - thick, abs=1e-3)
+
+
+def test_a_roller_in_another_plane_does_not_meet_a_pivot() -> None:
+    """A groove in either face: what runs in one passes below where the arm over the other one turns."""
+    data = read_data(ROOT / "profiles" / "both_faces_disc.toml")
+    both = built(data)
+    assert both.apart_from_pivots is None
+    assert both.apart is not None
+    same = built({**{key: value for key, value in data.items() if key != "track"}, "station": [{"angle": 90.0}]})
+    assert same.apart_from_pivots is not None
+
+
+def test_curved_faces_are_parts_of_circles_and_no_rollers() -> None:
+    judged = judge(model_of("disc, curved face", station=[{"angle": 40.0}]), ["followers-apart"])
+    assert judged.findings == ()
+    assert "faces" in judged.not_judged[0].reason
 
 
 def test_what_a_station_cannot_say_is_refused() -> None:

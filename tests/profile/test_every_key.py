@@ -208,7 +208,7 @@ def test_every_key_acts_or_is_refused(case: str) -> None:
 
 def test_the_search_knows_a_key_that_does_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """The other side: where nothing is refused, the search names the keys that nothing reads."""
-    monkeypatch.setattr("camgeom.profile.idle_problems", lambda profile, setup: [])
+    monkeypatch.setattr("camgeom.profile.idle_problems", lambda *_: [])
     nothing = {"follower.clearance", "follower.face_radius", "cam.groove_depth"}
     acting = {"follower.face_width", "cam.base_radius", "limits.contact_pressure_mpa"}
     assert {line.split()[0] for line in idle("disc, flat face", nothing | acting)} == nothing

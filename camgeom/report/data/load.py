@@ -123,6 +123,8 @@ def together_data(model: Model) -> dict[str, Any]:
         data |= torque_data(model.camshaft.peak_torque, model.camshaft.work)
     if model.apart is not None:
         data |= {"least_apart_mm": model.apart.value, "least_apart_at_deg": degrees(model.apart.cam_angle) % 360.0}
+    if (pivot := model.apart_from_pivots) is not None:
+        data |= {"least_to_pivot_mm": pivot.value, "least_to_pivot_at_deg": degrees(pivot.cam_angle) % 360.0}
     lives = [one.lives["cam"] for one in model.bindings if "cam" in one.lives]
     if lives:
         data["cam_life_h"] = finite(min(lives))

@@ -20,9 +20,10 @@ def followers(model: Model) -> tuple[Block, ...]:
         return ()
     told = "Figures of a follower count from its own cam angle, the cam's less the angle of its place: on one track "
     told += "each does later by that what the first does."
-    if model.apart is not None:
-        at = f"cam angle {number(degrees(model.apart.cam_angle) % 360.0)}°"
-        told += f" Rollers come as near as {number(model.apart.value)} mm ({model.apart.where}, {at})."
+    for what, least in (("Rollers come", model.apart), ("To a pivot one comes", model.apart_from_pivots)):
+        if least is not None:
+            at = f"cam angle {number(degrees(least.cam_angle) % 360.0)}°"
+            told += f" {what} as near as {number(least.value)} mm ({least.where}, {at})."
     blocks: list[Block] = [Text((told,)), each(model)]
     if model.camshaft is not None:
         blocks.append(torques(model))
