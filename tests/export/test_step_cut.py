@@ -125,6 +125,46 @@ def near(surface: Cone | Plane, point: tuple[float, float, float]) -> np.ndarray
     return np.concatenate(surface.locate(np.array([point])))
 
 
+TWINS = """
+[cam]
+kind = "globoidal"
+form = "rib"
+hand = "left"
+width = 42.679
+center_distance = 71.23
+globoid_radius = 33.41
+direction = "cw"
+bore = 16.9
+[follower]
+kind = "turret"
+stops = 2
+pitch_radius = 34.2
+rollers = 12
+[roller]
+diameter = 14.252
+length = 10.6
+[output]
+tolerance = 0.05
+[[motion]]
+until = 80.0
+[[motion]]
+until = 240.0
+to = 180.0
+law = "scca"
+[[motion]]
+until = 360.0
+"""
+
+
+def test_corners_that_fall_together_on_one_mesh_do_not_on_the_next() -> None:
+    """An edge without length between them ended as a bug: a matrix without an inverse."""
+    (part,) = Model(parse(TWINS)).parts
+    assert isinstance(part, IndexingCut)
+    verdict = check_solid(cut_solid(part), 1e-5)
+    assert verdict.problems == ()
+    assert verdict.deviation <= 1e-5
+
+
 def test_corner_of_three_surfaces() -> None:
     side = Plane(Frame.about((6.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
     guesses = np.array([near(surface, (6.1, 8.1, 3.2)) for surface in (BARREL, FLAT, side)])

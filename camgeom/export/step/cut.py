@@ -14,7 +14,7 @@ from typing import final
 
 import numpy as np
 
-from camgeom.errors import CamgeomError, DesignError
+from camgeom.errors import CamgeomError, DesignError, NotConverged
 from camgeom.export.step.brep import Brep, Edge, Face, Loop, Use, Vertex, vertex
 from camgeom.export.step.check import check_solid
 from camgeom.export.step.geometry import Cone, Curve, SplineSurface, Surface, Torus
@@ -37,6 +37,8 @@ LARGE = 1000.0
 """mm"""
 EDGE_SHARE = 0.1
 """tolerance of edges as a share of that of the surfaces"""
+TOGETHER = 1e-9
+"""share of where they are; corners so near to each other are one, which another mesh shows"""
 
 
 def cut_solid(body: IndexingCut | CutBlank, tolerance: float = TOLERANCE) -> Brep:
@@ -167,6 +169,8 @@ class _Body:
         ends = [self.vertices[int(chain.path[k])] for k in (0, -1)]
         start, stop = (np.array(end.vertex.point) for end in ends)
         tolerance = EDGE_SHARE * self.tolerance
+        if ends[0] is not ends[1] and float(np.linalg.norm(stop - start)) < TOGETHER * float(np.abs(start).max()):
+            raise NotConverged(f"two corners of the body fall together at {start.round(6).tolist()} mm")
         lines = one.lines_to(other)
         if lines is not None:
             axis, value = lines[0]
