@@ -38,7 +38,7 @@ LARGE = 1000.0
 EDGE_SHARE = 0.1
 """tolerance of edges as a share of that of the surfaces"""
 TOGETHER = 1e-9
-"""share of where they are; corners so near to each other are one, which another mesh shows"""
+"""share of where they are; corners so near to each other are one, and what is between them is no edge"""
 
 
 def cut_solid(body: IndexingCut | CutBlank, tolerance: float = TOLERANCE) -> Brep:
