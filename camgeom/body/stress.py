@@ -305,16 +305,15 @@ class PressedRing:
 
 
 def nominals(rings: Sequence[PressedRing]) -> list[Floats]:
-    """The nominal stress of each, with one factorisation for all whose meshes are the same."""
+    """The nominal stress (a,), MPa, of each, with one factorisation for all whose meshes are the same."""
     found = [np.zeros(len(one.theta)) for one in rings]
     left = [(k, one, ring_of(one.ring.section, even_planes(ANGLES))) for k, one in enumerate(rings) if one.patches]
     while left:
         _, first, mesh = left[0]
         alike = [
             (k, one) for k, one, other in left
-            if one.material == first.material and all(
-                np.array_equal(getattr(mesh, name), getattr(other, name)) for name in ("nodes", "elements")
-            )
+            if one.material == first.material and np.array_equal(mesh.nodes, other.nodes)
+            and np.array_equal(mesh.elements, other.elements)
         ]  # fmt: skip
         solver = elastic(mesh, first.material)
         for k, one in alike:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from copy import copy
-from dataclasses import field, replace
+from dataclasses import field, is_dataclass, replace
 from math import radians
 from typing import TypeVar, cast, final
 
@@ -86,7 +86,7 @@ def changed(thing: Thing, change: Callable[[Floats], Floats]) -> Thing:
         return cast(Thing, change(thing))
     if isinstance(thing, tuple):
         return cast(Thing, tuple(changed(one, change) for one in thing))
-    if hasattr(thing, "__dataclass_fields__"):
+    if is_dataclass(thing):
         found = copy(thing)
         vars(found).update({name: changed(one, change) for name, one in vars(thing).items()})
         return found
@@ -460,7 +460,6 @@ class Motion:
         """Between the ends of segments, mm or rad."""
         ends = np.broadcast_arrays(*(one for leg in self.legs for one in (leg.before, leg.after)))
         return np.asarray(np.max(ends, axis=0) - np.min(ends, axis=0))
-
 
 
 def vertex(low: Floats, mid: Floats, high: Floats) -> tuple[Floats, Floats]:
