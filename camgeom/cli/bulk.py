@@ -20,6 +20,7 @@ from camgeom.cli.study_told import SHOWN, tell, write_page
 from camgeom.design.bulk import Bulk
 from camgeom.design.engine import Alone, Cluster, Engine, Pace
 from camgeom.design.parts import Parts, pyarrow, read_rows
+from camgeom.design.sampling import Column
 from camgeom.design.study import Row, Study
 from camgeom.errors import CamgeomError
 
@@ -78,7 +79,7 @@ def _computed(
     pace = Pace(total, total - left)
     near = None if isinstance(engine, Cluster) else parts
     work = partial(_work, bulk, near)
-    for piece, columns in engine.run(work, _pieces(gaps, engine.width)):
+    for piece, columns in engine.run(work, _pieces(gaps, engine.width), bulk.drawn):
         if columns is None:
             raise CamgeomError(f"variants {piece.start} to {piece.stop - 1}: the worker process ended each time")
         if parts is not None and near is None:
@@ -88,8 +89,8 @@ def _computed(
     console.progress("")
 
 
-def _work(bulk: Bulk, parts: Parts | None, piece: range) -> dict[str, Any]:
-    columns = bulk.columns(piece)
+def _work(bulk: Bulk, parts: Parts | None, piece: range, keys: dict[str, Column]) -> dict[str, Any]:
+    columns = bulk.columns(keys)
     if parts is None:
         return dict(columns)
     parts.write(piece, columns)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain, product
 from typing import final
 
@@ -64,13 +64,12 @@ class Bulk:
         """Keys that take words, with their paths: each combination of them is a profile of its own."""
         return {one.key: one.path for one in self.plan.axes if any(isinstance(value, str) for value in one.values)}
 
-    def _parts(self, piece: range) -> list[tuple[Data, npt.NDArray[np.intp]]]:
-        """The profile's data with every combination of words, and which rows of the piece have it."""
-        columns = self.plan.columns(piece, self.data)
+    def _parts(self, keys: Mapping[str, Column], count: int) -> list[tuple[Data, npt.NDArray[np.intp]]]:
+        """The profile's data with every combination of words, and which of `count` rows have it."""
         rows: dict[tuple[Value, ...], list[int]] = {}
         if not self._words:
-            return [(self.data, np.arange(len(piece)))]
-        for i, words in enumerate(zip(*(columns[key] for key in self._words))):
+            return [(self.data, np.arange(count))]
+        for i, words in enumerate(zip(*(keys[key] for key in self._words))):
             rows.setdefault(words, []).append(i)
         return [(self._with(words), np.array(where)) for words, where in rows.items()]
 
@@ -93,15 +92,19 @@ class Bulk:
         every = (self.figures or offered(from_data(words, self.file)) for words in self._profiles())
         return tuple(dict.fromkeys(chain.from_iterable(every)))
 
-    def columns(self, piece: range) -> dict[str, Column | Words]:
+    def drawn(self, piece: range) -> dict[str, Column]:
+        """Values of all keys of these variants."""
+        return self.plan.columns(piece, self.data)
+
+    def columns(self, keys: Mapping[str, Column]) -> dict[str, Column | Words]:
         """The rows of variants that are not `refused` by columns: keys, figures (infinite where there is none),
         verdict and reason."""
         from camgeom.profile import from_data
 
-        keys = self.plan.columns(piece, self.data)
-        figures = {name: np.full(len(piece), np.inf) for name in self._names}
-        verdict, reason = np.empty(len(piece), dtype=object), np.empty(len(piece), dtype=object)
-        for data, where in self._parts(piece):
+        count = len(next(iter(keys.values())))
+        figures = {name: np.full(count, np.inf) for name in self._names}
+        verdict, reason = np.empty(count, dtype=object), np.empty(count, dtype=object)
+        for data, where in self._parts(keys, count):
             varied = {key: np.asarray(keys[key], dtype=np.float64)[where] for key in self._numeric}
             profile = from_data(data, self.file)
             names = self.figures or offered(profile)

@@ -1,8 +1,9 @@
 """Who computes the pieces of a long run: this process, worker processes of this machine, or those of a Dask scheduler.
 
 A piece is a range of row numbers, and what it gives depends on nothing else: neither the engine, nor the number of
-workers, nor which of them died on the way changes a row. A worker that dies costs its piece alone, which is computed
-again; a piece whose workers died `TRIES` times comes back as None.
+workers, nor which of them died on the way changes a row. Its variants are drawn here, while workers begin, so that
+none of them needs what draws them. A worker that dies costs its piece alone, which is computed again; a piece whose
+workers died `TRIES` times comes back as None.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from camgeom.immutable import immutable
 from camgeom.motion.own import begin_worker, cores, load_copies, loaded_copies, loaded_files
 from camgeom.version import __version__
 
+D = TypeVar("D")
 R = TypeVar("R")
 
 TRIES = 3
@@ -44,8 +46,11 @@ class Engine(Protocol):
         """How many pieces are computed at a time."""
         ...
 
-    def run(self, work: Callable[[range], R], pieces: Iterable[range]) -> Iterator[tuple[range, R | None]]:
-        """Each piece with what `work` gives of it, None where its workers died; `pieces` are asked for when needed."""
+    def run(
+        self, work: Callable[[range, D], R], pieces: Iterable[range], drawn: Callable[[range], D]
+    ) -> Iterator[tuple[range, R | None]]:
+        """Each piece with what `work` gives of it and what is drawn for it, None where its workers died; `pieces` are
+        asked for when needed."""
         ...
 
 
@@ -55,9 +60,11 @@ class Alone:
 
     width = 1
 
-    def run(self, work: Callable[[range], R], pieces: Iterable[range]) -> Iterator[tuple[range, R | None]]:
+    def run(
+        self, work: Callable[[range, D], R], pieces: Iterable[range], drawn: Callable[[range], D]
+    ) -> Iterator[tuple[range, R | None]]:
         for piece in pieces:
-            yield piece, work(piece)
+            yield piece, work(piece, drawn(piece))
 
 
 @final
@@ -67,7 +74,9 @@ class Local:
 
     width: int
 
-    def run(self, work: Callable[[range], R], pieces: Iterable[range]) -> Iterator[tuple[range, R | None]]:
+    def run(
+        self, work: Callable[[range, D], R], pieces: Iterable[range], drawn: Callable[[range], D]
+    ) -> Iterator[tuple[range, R | None]]:
         """Raises CamgeomError where worker processes cannot even begin."""
         coming, again, deaths = iter(pieces), deque[range](), Counter[range]()
         pools: list[ProcessPoolExecutor] = []
@@ -75,13 +84,18 @@ class Local:
         try:
             while True:
                 busy = {slot for slot, _ in running.values()}
+                taken: list[tuple[int, range]] = []
                 for slot in (slot for slot in range(self.width) if slot not in busy):
                     piece = again.popleft() if again else next(coming, None)
                     if piece is None:
                         break
                     if slot == len(pools):
                         pools.append(_pool())
-                    running[_submit(pools, slot, work, piece)] = slot, piece
+                        # Any task starts the process; this one has it import what the work needs, while we draw.
+                        pools[slot].submit(callable, work)
+                    taken.append((slot, piece))
+                for slot, piece in taken:
+                    running[_submit(pools, slot, partial(work, piece, drawn(piece)))] = slot, piece
                 if not running:
                     return
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
@@ -112,15 +126,13 @@ def _renew(pools: list[ProcessPoolExecutor], slot: int) -> None:
     pools[slot] = _pool()
 
 
-def _submit(
-    pools: list[ProcessPoolExecutor], slot: int, work: Callable[[range], R], piece: range
-) -> Future[R]:
-    """The piece handed to a worker; one that died while it had nothing to do is replaced."""
+def _submit(pools: list[ProcessPoolExecutor], slot: int, job: Callable[[], R]) -> Future[R]:
+    """A piece handed to a worker; one that died while it had nothing to do is replaced."""
     try:
-        return pools[slot].submit(work, piece)
+        return pools[slot].submit(job)
     except BrokenProcessPool:
         _renew(pools, slot)
-        return pools[slot].submit(work, piece)
+        return pools[slot].submit(job)
 
 
 def _refuse_stillborn(pool: ProcessPoolExecutor) -> None:
@@ -151,7 +163,9 @@ class Cluster:
         """Unknown before it is asked and changing while it runs; pieces at the end of a run are cut for so many."""
         return 64
 
-    def run(self, work: Callable[[range], R], pieces: Iterable[range]) -> Iterator[tuple[range, R | None]]:
+    def run(
+        self, work: Callable[[range, D], R], pieces: Iterable[range], drawn: Callable[[range], D]
+    ) -> Iterator[tuple[range, R | None]]:
         """Raises CamgeomError where the scheduler cannot be reached, is lost, or has no workers that could do it."""
         dask = _distributed()
         job = partial(_there, __version__, loaded_copies(), work)
@@ -164,7 +178,7 @@ class Cluster:
             while True:
                 threads = sum(client.nthreads().values())
                 while len(running) < AHEAD * max(threads, 1) and (piece := next(coming, None)) is not None:
-                    future = client.submit(job, piece, pure=False)
+                    future = client.submit(job, piece, drawn(piece), pure=False)
                     running[future.key], futures[future.key] = piece, future
                     future.add_done_callback(ready.put)
                 if not running:
@@ -220,7 +234,9 @@ def _distributed() -> Any:
     return distributed
 
 
-def _there(version: str, laws: tuple[tuple[str, bytes], ...], work: Callable[[range], R], piece: range) -> R:
+def _there(
+    version: str, laws: tuple[tuple[str, bytes], ...], work: Callable[[range, D], R], piece: range, drawn: D
+) -> R:
     """One piece on a worker of another machine, which must be of the same version and know the same laws."""
     if version != __version__:
         raise CamgeomError(f"a worker has camgeom {__version__}, this machine {version}; install the same version")
@@ -228,7 +244,7 @@ def _there(version: str, laws: tuple[tuple[str, bytes], ...], work: Callable[[ra
         load_copies(laws)
     except ProfileError as error:  # it would not come back whole: its parts are more than its text
         raise CamgeomError(str(error)) from None
-    return work(piece)
+    return work(piece, drawn)
 
 
 PIECE_S = 2.0

@@ -47,13 +47,17 @@ class Tie:
 
         Raises ProfileError where a key has no number or a value is not finite.
         """
-        known = {name: self._number(key, path, columns, data) for name, key, path in self.names}
-        with np.errstate(all="ignore"):
-            found = np.atleast_1d(np.asarray(self.expression.of(known), dtype=np.float64))
+        found = self.reached(columns, data)
         if not np.isfinite(found).all():
             text = "has no finite value for some variant"
             raise ProfileError([Problem(f"--tie {self.key}", text, self.written)])
         return found
+
+    def reached(self, columns: Mapping[str, Column], data: Data) -> Floats:
+        """The same values, finite or not."""
+        known = {name: self._number(key, path, columns, data) for name, key, path in self.names}
+        with np.errstate(all="ignore"):
+            return np.atleast_1d(np.asarray(self.expression.of(known), dtype=np.float64))
 
     def _number(self, key: str, path: tuple[str | int, ...], columns: Mapping[str, Column], data: Data) -> Floats:
         value: Any = columns.get(key)
@@ -62,7 +66,7 @@ class Tie:
             for part in path:
                 inside = isinstance(value, dict) and part in value
                 inside |= isinstance(value, tuple) and isinstance(part, int) and part < len(value)
-                value = value[part] if inside else None
+                value = value[part] if inside else ""  # no number either
         try:
             return np.asarray(value, dtype=np.float64) + 0.0
         except (TypeError, ValueError):
@@ -165,6 +169,16 @@ class Plan:
         for follower in self.ties:
             found[follower.key] = np.broadcast_to(follower.values(found, data), numbers.shape).copy()
         return found
+
+    def undrawn(self, data: Data) -> tuple[Value, ...]:
+        """Values of all keys with every axis at its first: points drawn need not have this variant among them.
+
+        Raises ProfileError where a tie uses a key that has no number.
+        """
+        found: dict[str, Column] = {one.key: [one.values[0]] for one in self.axes}
+        for follower in self.ties:
+            found[follower.key] = follower.reached(found, data)
+        return tuple(column[0] for column in found.values())
 
     def _points(self, numbers: npt.NDArray[np.int64]) -> Floats:
         """Points (n, axes) of the unit cube of the variants of these consecutive numbers."""

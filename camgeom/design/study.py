@@ -72,6 +72,11 @@ class Row:
     reason: str = ""
 
 
+Variants = Sequence[tuple[Value, ...]]
+Work = Callable[[range, Variants], tuple[list[Row], float]]
+"""Rows of a piece whose variants are drawn already, and the seconds that they took."""
+
+
 def axis(text: str, drawn: bool = False) -> Axis:
     """An axis from KEY=A:B:N (N values from A to B), KEY=A:B:N:log (in equal ratios), KEY=a,b,c; `drawn`: or
     KEY=A:B, to draw from between both.
@@ -174,7 +179,13 @@ class Study:
             text = "too many variants for the exact model"
             raise ProfileError([Problem("--vary", text, len(self), f"at most {self.most}")])
         # A wrong path or an unknown key is one mistake of the study, not a reason in every row.
-        self._refuse_unknown(self.variant(self.values(range(1))[0]))
+        self._refuse_unknown(self.variant(self._typical()))
+
+    def _typical(self) -> tuple[Value, ...]:
+        """Values of a variant, the first where none has to be drawn for it."""
+        if self.points is None and self.plan is not None and self.plan.drawn:
+            return self.plan.undrawn(self.data)
+        return self.values(range(1))[0]
 
     def __len__(self) -> int:
         if self.points is not None:
@@ -282,13 +293,13 @@ class Study:
         The first are computed here: worker processes take longer to begin than a short study takes.
         """
         cut = Cutter(wanted, engine.width)
-        rows, took = self.computed(cut.first, ALONE_FOR)
+        rows, took = self.computed((self.values(range(n, n + 1))[0] for n in cut.first), ALONE_FOR)
         if rows:
             self._refuse_absent(rows)
             cut.took(len(rows), took)
             yield cut.next(len(rows)), self._named(rows)
         work = partial(_piece, self, self.copies())
-        for piece, result in engine.run(work, cut):
+        for piece, result in engine.run(work, cut, self.values):
             if result is None:
                 yield piece, self._named(self._one_by_one(engine, work, piece))
             else:
@@ -320,37 +331,39 @@ class Study:
         if unknown:
             raise ProfileError(unknown)
 
-    def _one_by_one(self, engine: Engine, work: Callable[[range], tuple[list[Row], float]], piece: range) -> list[Row]:
+    def _one_by_one(self, engine: Engine, work: Work, piece: range) -> list[Row]:
         """A piece whose workers died, each variant alone: the one that ends its worker is a row that says so."""
         found: dict[int, Row] = {}
-        for one, result in engine.run(work, (range(n, n + 1) for n in piece)):
+        for one, result in engine.run(work, (range(n, n + 1) for n in piece), self.values):
             lost = Row(self.values(one)[0], {}, "no result", "its worker process ended each time (out of memory?)")
             found[one.start] = lost if result is None else result[0][0]
         return [found[n] for n in piece]
 
-    def computed(self, piece: range, within: float = math.inf) -> tuple[list[Row], float]:
+    def computed(self, variants: Iterable[tuple[Value, ...]], within: float = math.inf) -> tuple[list[Row], float]:
         """Rows of these variants, of the first of them where they take longer than `within`; and the seconds."""
         rows: list[Row] = []
         model, took, began = None, 0.0, perf_counter()
-        for number in piece:
+        for values in variants:
             if took >= within:
                 break
-            row, model = self.row(self.values(range(number, number + 1))[0], model)
+            row, model = self.row(values, model)
             rows.append(row)
             took = perf_counter() - began
         return rows, took
 
 
-def _piece(study: Study, copies: tuple[tuple[str, bytes], ...], piece: range) -> tuple[list[Row], float]:
+def _piece(
+    study: Study, copies: tuple[tuple[str, bytes], ...], piece: range, variants: Variants
+) -> tuple[list[Row], float]:
     """Rows of a piece in a process that may have none of the profile's files: they are laid beside it again."""
     if not copies:
-        return study.computed(piece)
+        return study.computed(variants)
     with TemporaryDirectory(prefix="camgeom-") as folder:
         for name, content in copies:
             place = Path(folder, name)
             place.parent.mkdir(parents=True, exist_ok=True)
             place.write_bytes(content)
-        return replace(study, file=str(Path(folder, Path(study.file).name))).computed(piece)
+        return replace(study, file=str(Path(folder, Path(study.file).name))).computed(variants)
 
 
 OVERRIDDEN: dict[tuple[str | int, ...], str] = {

@@ -104,7 +104,8 @@ def test_a_tie_takes_varied_keys_and_the_profiles() -> None:
     ("text", "word"),
     [
         ("cam.bore", "KEY=EXPRESSION"), ("bore=3", "KEY=EXPRESSION"), ("cam.bore=1 if 2 else 3", "not allowed"),
-        ("cam.bore=base", "unknown name"), ("cam.bore=cam.kind*2", "no number"), ("cam.bore=1/(cam.width-5)", "finite"),
+        ("cam.bore=base", "unknown name"), ("cam.bore=cam.kind*2", "no number"), ("cam.bore=cam.none*2", "no number"),
+        ("cam.bore=1/(cam.width-5)", "finite"),
     ],
 )  # fmt: skip
 def test_what_is_no_tie_is_refused(text: str, word: str) -> None:
@@ -119,6 +120,16 @@ def test_a_tie_is_told_as_it_was_written(written: str) -> None:
         tie(f"cam.bore={written}").values({}, {"cam": {"kind": "disc", "width": 5.0}})
     assert f"(found '{written}')" in str(refused.value)
     assert "known: key" not in str(refused.value)
+
+
+@pytest.mark.parametrize(("written", "status"), [("cam.none*2", 2), ("20/(cam.base_radius-20)", 0)])
+def test_a_tie_without_a_number_is_refused_before_points_are_drawn(
+    disc: Path, tmp_path: Path, written: str, status: int
+) -> None:
+    """Of an axis' first value, which points drawn hardly ever have, it need not be finite."""
+    words = ["--vary", "cam.base_radius=20:60", "--tie", f"limits.life_h={written}", "--sample", "sobol:300"]
+    assert main(["study", str(disc), *words, "--out", str(tmp_path / "out")]) == status
+    assert (tmp_path / "out").exists() is (status == 0)
 
 
 @pytest.mark.parametrize(
@@ -254,7 +265,8 @@ def test_a_face_too_narrow_is_judged_by_the_batch_as_by_the_model(tmp_path: Path
 
 def test_a_warning_beyond_its_limit_is_bad_input_to_the_batch_too(disc: Path) -> None:
     axes = ("limits.pressure_angle_deg=40,20,40", "limits.warn_pressure_angle_deg=35,35,41")
-    found = Bulk(read_data(disc), str(disc), plan("list", *axes)).columns(range(3))
+    many = Bulk(read_data(disc), str(disc), plan("list", *axes))
+    found = many.columns(many.drawn(range(3)))
     beyond = "limits.warn_pressure_angle_deg: the limit fails before it warns"
     assert list(found["reason"]) == ["", beyond, beyond]
     assert list(found["verdict"])[1:] == ["bad input"] * 2
@@ -297,7 +309,7 @@ def test_words_are_profiles_of_their_own(disc: Path) -> None:
     data = read_data(disc)
     many = Bulk(data, "", plan("grid", "motion[0].law=cycloidal,3-4-5", "cam.base_radius=30:60:2"))
     assert many.refused() is None
-    columns = many.columns(range(4))
+    columns = many.columns(many.drawn(range(4)))
     jerk = columns["motion.peak_jerk_mm_per_rad3"]
     assert jerk[0] == jerk[1] != jerk[2] == jerk[3]
     other = Bulk(data, "", plan("grid", "roller.shape=cylinder,sphere"))
@@ -311,7 +323,7 @@ def test_all_pieces_have_the_columns_of_all_words() -> None:
     follower = {key: value for key, value in data["follower"].items() if key != "face_width"}
     many = Bulk({**kept, "follower": follower}, "", plan("grid", "follower.face=flat,knife", "operation.speed=50:60:2"))
     assert many.refused() is None
-    flat, knife, both = (many.columns(piece) for piece in (range(2), range(2, 4), range(4)))
+    flat, knife, both = (many.columns(many.drawn(piece)) for piece in (range(2), range(2, 4), range(4)))
     assert list(flat) == list(knife) == list(both)
     assert np.isinf(knife["flank.min_face_radius_mm"]).all()
     assert np.isfinite(flat["flank.min_face_radius_mm"]).all()
@@ -336,9 +348,8 @@ def test_the_error_of_an_indexers_pressures_is_asked_for_where_it_means_somethin
     data = read_data("profiles/barrel_indexer.toml")
     drawn = plan("sobol:40", "roller.diameter=20:40", "cam.width=60:90")
     pressure = "contact.peak_slice_pressure_mpa"
-    rough, fine = (
-        np.asarray(Bulk(data, "", drawn, (pressure,), level).columns(range(40))[pressure]) for level in LEVELS
-    )
+    studies = (Bulk(data, "", drawn, (pressure,), level) for level in LEVELS)
+    rough, fine = (np.asarray(one.columns(one.drawn(range(40)))[pressure]) for one in studies)
     assert (rough != fine).any()
     exist = np.isfinite(fine)
     assert np.abs(rough / fine - 1.0)[exist].max() < LEVELS[0]

@@ -73,14 +73,27 @@ def test_workers_that_cannot_begin_are_told(tmp_path: Path, monkeypatch: pytest.
         list(made(tmp_path).rows(Local(2)))
 
 
+def told(piece: range, drawn: tuple[range, int]) -> tuple[range, int, int]:
+    """What was drawn for the piece, by which process, and which computes it."""
+    return *drawn, os.getpid()
+
+
+@pytest.mark.parametrize("engine", [Alone(), Local(2)])
+def test_variants_are_drawn_here_and_computed_there(engine: Engine) -> None:
+    pieces = [range(3), range(3, 5), range(5, 6)]
+    found = dict(engine.run(told, pieces, lambda piece: (piece, os.getpid())))
+    assert list(map(found.get, pieces)) == [(piece, os.getpid(), found[piece][2]) for piece in pieces]
+    assert (os.getpid() in {worker for _, _, worker in found.values()}) is (engine.width == 1)
+
+
 class Backwards:
     """An engine that has the last pieces ready first."""
 
     width = 3
 
-    def run(self, work, pieces):  # type: ignore[no-untyped-def]
+    def run(self, work, pieces, drawn):  # type: ignore[no-untyped-def]
         for piece in reversed(list(pieces)):
-            yield piece, work(piece)
+            yield piece, work(piece, drawn(piece))
 
 
 @pytest.mark.parametrize("engine", [Alone(), Backwards()])

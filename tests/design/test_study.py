@@ -127,7 +127,7 @@ def test_a_body_is_not_shared_where_something_else_shapes_it(profile: str, key: 
     data = read_data(PROFILES / profile)
     data["output"] = {**data["output"], "tolerance": 0.1}
     study = Study(data, "", (Axis(key, tuple(key.split(".")), values),), lambda m: (measured(m), "pass", ""))
-    rows, _ = study.computed(range(2))
+    rows, _ = study.computed(study.values(range(2)))
     alone, _ = study.row((values[1],))
     assert rows[1].figures == alone.figures
     assert rows[1].figures != rows[0].figures
