@@ -38,6 +38,8 @@ CLOSEST = 1e-3
 """no two breaks that move come closer than this share of the travel"""
 WHOLE = 50_000_000
 """rows times steps that the search for one law may cost, about 25 s of a processor; ordinary ones take a hundredth"""
+SETUP = 10_000
+"""of the same; what a programme costs before its first step"""
 
 
 @final
@@ -118,7 +120,7 @@ class SearchPurse:
 
     def pay(self, steps: int, rows: int) -> None:
         """Take what a programme has cost. Raises NotConverged where nothing is left."""
-        cost = (steps + 1) * max(rows, 1)
+        cost = SETUP + steps * max(rows, 1)
         self.left, self.spent = self.left - cost, self.spent + cost
         if self.left <= 0:
             raise NotConverged(

@@ -35,7 +35,8 @@ QUIET, QUIETED = 0.9, (0, 2, 5, 9, 14)
 """share of what is no residual below which breaks may do where they stand; programmes after which they are asked"""
 ROUNDS = 50
 PATIENT = 15
-"""rounds after which breaks need find no rest where next to no residual is left"""
+"""rounds from one mesh after which breaks need find no rest where next to no residual is left, and a law is as dear as
+one that has cost more than ordinary ones"""
 SHARPENED = 2
 """times that a mesh becomes finer before breaks are moved by programmes alone"""
 MOST_SPANS = 250
@@ -64,7 +65,7 @@ FAIR, FAINT = 1e-3, 2e-5
 """the same for laws that have cost more than ordinary ones; of any residual, share of the lift"""
 ENOUGH_OF_FAINT = 2e-3
 """times LITTLE; how nearly a residual that is sought is cut to its circle where FAINT is near enough"""
-ORDINARY = 500_000
+ORDINARY = 600_000
 """rows times steps of ordinary laws, see `SearchPurse`; what is dearer is asked at every doubling whether it will do"""
 
 FAR = 1e-3
@@ -83,7 +84,10 @@ class Found:
 
 
 class _Sight:
-    """The best law and the best bound that the search for a task has seen, whichever of its steps they are from."""
+    """The best law and the best bound that the search for a task has seen, whichever of its steps they are from.
+
+    tried   programmes from the mesh that breaks are moved from now
+    """
 
     def __init__(self, task: Task, purse: SearchPurse) -> None:
         self.task, self.purse = task, purse
@@ -91,13 +95,18 @@ class _Sight:
         self.proof: Solved | None = None
         self.bound = -np.inf
         self.asked = ORDINARY
+        self.tried = 0
 
     def saw(self, law: Solved, bound: float) -> None:
         """One more law that keeps the limits, and what no law can go below by its multipliers."""
         if self.law is None or law.value < self.law.value:
             self.law = law
+        self.proved(law, bound)
+
+    def proved(self, by: Solved, bound: float) -> None:
+        """One more number that no law can go below, by the multipliers of what need not keep the limits itself."""
         if self.proof is None or bound > self.bound:
-            self.proof, self.bound = law, bound
+            self.proof, self.bound = by, bound
 
     @property
     def does(self) -> bool:
@@ -106,7 +115,8 @@ class _Sight:
             return False
         value = self.law.value
         gap = value - (max(self.bound, 0.0) if self.task.residual.slope else self.bound)
-        fair = max(FAIR * value, FAINT if self.task.residual.slope else 0.0) if self.purse.spent > ORDINARY else 0.0
+        dear = self.purse.spent > ORDINARY or self.tried >= PATIENT
+        fair = max(FAIR * value, FAINT if self.task.residual.slope else 0.0) if dear else 0.0
         return gap <= max(fair, _near(self.task, value))
 
     @property
@@ -289,24 +299,36 @@ def _settled(
     # Of a residual alone the tangents are many, and its breaks creep.
     sought = task.residual.slope > 0.0 and not task.velocity.asked
     added: list[int] = []
-    if not task.jerk.asked or value <= 0.0:
-        meshed = None
+    begun, meshed = meshed, meshed if task.jerk.asked and value > 0.0 else None
     if meshed is not None:
         rest, cuts = _shown(sight, meshed, cuts)
         if rest is not None:
             return rest, cuts
     for turn in range(ROUNDS):
+        sight.tried = turn
+        if turn >= PATIENT and sight.does:
+            return last, cuts
+        dear = task.residual.slope > 0.0 and turn > 0 and sight.doubled
         hidden = not task.residual.slope or value > SHOWN
-        if turn > TRIED[-1] and meshed is not None and hidden:
+        if meshed is not None and hidden and (dear or turn > TRIED[-1]):
             rest, more = _sharpened(sight, meshed, cuts)
             if rest is not None:
                 return rest, more
             meshed = None
-        if turn > 0 and task.residual.slope and sight.doubled:
-            # What is as dear as this may do on a finer mesh, or as it stands.
-            mesh = refined(shape) if value > FAINT else joined(shape, 1.01 * CLOSEST)
-            fixed, cuts = _keeping(task, mesh, cuts, purse, ENOUGH_OF_FAINT)
+        if dear:
+            # It may do as it stands, or on a finer mesh.
+            if begun is not None:
+                sight.proved(begun, lower_bound(task, begun.shape, begun.multipliers, FINE * CELLS))
+            fixed, cuts = _keeping(task, joined(shape, 1.01 * CLOSEST), cuts, purse, ENOUGH_OF_FAINT)
             if fixed is not None:
+                sight.saw(fixed, -np.inf)
+            if value > FAINT and not sight.does:
+                rough, cuts = _on_mesh(task, refined(shape), cuts, purse)
+                if rough is not None:
+                    sight.proved(rough, lower_bound(task, rough.shape, rough.multipliers, FINE * CELLS))
+            if value > FAINT and not sight.does:
+                fixed, cuts = _keeping(task, refined(shape), cuts, purse, ENOUGH_OF_FAINT)
+            if fixed is not None and (value <= FAINT or not sight.does):
                 _weighed(sight, fixed, cuts)
             if sight.does:
                 return None, cuts
@@ -341,16 +363,18 @@ def _settled(
         if better and sought:
             cuts = cuts.living(m.cut, sum(added[-LATEST:]))
         cuts, added = cuts.and_at(*further), [*added, len(further[0])]
-        # What such a step gains of a residual is less than it is sought to: breaks come to rest.
-        slow = better and sought and merit - now < (ENOUGH * trial.value if trial.value > LITTLE else SLOW)
+        # What such a step gains is less than is sought: breaks come to rest.
+        little = task.residual.slope > 0.0 and trial.value <= LITTLE
+        slow = better and merit - now < (SLOW if little else ENOUGH * trial.value)
         if better:
             shape, value, merit = trial.shape, trial.value, now
             stiff = stiffness(task, shape, m)
-        if task.residual.slope and reach <= NEARLY and better and not (missed <= EXACT and over <= kept(task)):
+        if reach <= NEARLY and better and not (missed <= EXACT and over <= kept(task)):
             # What is left to gain by the breaks is of the second order of that: they stay, and the rest is linear.
             fixed, cuts = _keeping(task, shape, cuts, purse)
             if fixed is not None:
                 last = min(fixed, last or fixed, key=lambda one: one.value)
+                sight.saw(last, -np.inf)
                 break
         if missed <= EXACT and over <= kept(task):
             less = joined(trial.shape, 1.01 * CLOSEST)
@@ -359,7 +383,8 @@ def _settled(
                 continue
             done = moved <= STEADY or (last is not None and trial.value >= last.value - SLIGHT * abs(last.value))
             last = trial
-            if done:
+            sight.saw(last, -np.inf)
+            if done or sight.does:
                 break
         most = farthest if sought else reach
         reach = min(most, max(GROWTH * moved, 1e-9)) if better and not slow else 0.25 * min(reach, moved)
@@ -386,6 +411,7 @@ def _sharpened(sight: _Sight, meshed: Solved, cuts: Cuts) -> tuple[Solved | None
         if solved is None:
             break
         meshed = solved
+        sight.proved(meshed, lower_bound(sight.task, meshed.shape, meshed.multipliers))
         rest, cuts = _shown(sight, meshed, cuts)
         if rest is not None:
             return rest, cuts

@@ -17,8 +17,11 @@ from camgeom.motion.optimal.wish import Task
 
 PARTS, LONGEST = 4, 1.0 / 16.0
 """into which a span is divided in which the jerk changes; share of the travel of the longest span beside others"""
+CRUISE = 1.0 / 256.0
+"""share of the travel of the longest span in which the velocity stays as it is: its multipliers stand at breaks alone,
+where those of all laws are spread"""
 FULL = 1e-6
-"""share of the jerk's limit by which it may be missed at it"""
+"""share of the jerk's limit by which it may be missed at it, and of the largest acceleration that is none"""
 CLEAR = 0.004
 """share of the travel; spans whose jerk is at its limit show that it stays there from so many on"""
 AT_LIMIT = 1e-3
@@ -30,19 +33,24 @@ SHORTEST = 1e-5
 
 
 def finer(shape: Shape, most: float) -> Shape:
-    """The mesh (levels of none) that is finer where the jerk, `most` at its limit, changes, and coarser elsewhere."""
+    """The mesh (levels of none) that is finer where the jerk, `most` at its limit, changes or the velocity stays as it
+    is, and coarser elsewhere."""
     rate = shape.jerk / most
     odd = (np.abs(rate) < 1.0 - FULL) & (np.abs(rate) > FULL)
     changes = np.append(False, (np.round(rate[1:]) != np.round(rate[:-1])) & ~odd[1:] & ~odd[:-1])
     near = odd | changes
     near[1:] |= odd[:-1]
     near[:-1] |= odd[1:] | changes[1:]
+    still = np.abs(shape.a) <= FULL * np.abs(shape.a).max()
+    cruising = still[1:] & still[:-1]
+    parts = np.where(odd, PARTS, np.where(near, PARTS // 2, 1))
+    parts = np.where(cruising, np.maximum(parts, np.ceil(shape.h / CRUISE).astype(int)), parts)
+    near |= cruising
     x = [0.0]
     for k, (low, high) in enumerate(zip(shape.x[:-1].tolist(), shape.x[1:].tolist(), strict=True)):
         if near[k]:
-            parts = PARTS if odd[k] else PARTS // 2
-            x += [low, *np.linspace(low, high, parts + 1)[1:].tolist()] if low > x[-1] else (
-                np.linspace(low, high, parts + 1)[1:].tolist())  # fmt: skip
+            x += [low] if low > x[-1] else []
+            x += np.linspace(low, high, int(parts[k]) + 1)[1:].tolist()
         elif high - x[-1] > LONGEST:
             x.append(high)
     places = np.array([*x, 1.0] if x[-1] < 1.0 else x)
