@@ -107,7 +107,8 @@ class Parts:
 
         with atomic_write(self._part(piece)) as stream:
             table = _table(columns)
-            pyarrow().parquet.write_table(table, stream, use_dictionary=_listed(table.schema))
+            # Figures are hardly ever alike: to compress them and back again takes longer than to write and read them.
+            pyarrow().parquet.write_table(table, stream, use_dictionary=_listed(table.schema), compression="none")
 
     def _part(self, piece: range) -> Path:
         return self.folder / f"rows-{piece.start:09d}-{piece.stop:09d}.parquet"

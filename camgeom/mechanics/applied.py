@@ -27,6 +27,8 @@ Interpolation = Literal["linear", "smooth"]
 
 ROUNDED = 1e-9
 """degrees by which a turn that was written with decimals may come out longer"""
+CLOSING = 1e-14 * TURN
+"""rad by which the end of a range may round to just past it"""
 
 
 def check_table(angles: list[float]) -> None:
@@ -61,16 +63,14 @@ class Applied:
         """Force at cam angle theta (rad, any turn); broadcast shape of the arguments."""
         angle, *state = (np.asarray(x, dtype=np.float64) for x in (theta, s, v, a))
         turned = np.mod(angle - self.begin, TURN)
-        inside = (turned <= self.length) | (self.length >= TURN)
         # The closing end belongs to the range although it may round to just past it or to a whole turn.
-        inside |= np.minimum(np.abs(turned - self.length), TURN - turned) <= 1e-14 * TURN
+        inside = (turned <= self.length + CLOSING) | (turned >= TURN - CLOSING)
         shape = np.broadcast_shapes(angle.shape, *(x.shape for x in state))
         force = np.zeros(shape)
         if inside.any():
             within = np.broadcast_to(inside, shape)
-            angle = np.mod(angle, TURN)
-            value = self.value(*(np.broadcast_to(x, shape)[within] for x in (angle, *state)))
-            force[within] = self.factor * value
+            angle, *state = (np.broadcast_to(x, shape)[within] for x in (angle, *state))
+            force[within] = self.factor * self.value(np.mod(angle, TURN), *state)
         return force
 
 
