@@ -17,6 +17,7 @@ from camgeom.dynamics.linear.method import (
     WILSON_BOUND,
     Coefficients,
     Collocated,
+    Correction,
     Method,
     RungeKutta,
     find,
@@ -71,8 +72,8 @@ class Varying:
         q, v, a = self.exact(theta)
         return Coefficients(d, s, a + (d @ v[..., None])[..., 0] + (s @ q[..., None])[..., 0])
 
-    def correction(self, theta: np.ndarray, position: np.ndarray, rate: np.ndarray, side: str = "right") -> np.ndarray:
-        return np.zeros_like(position)
+    def correction(self, theta: np.ndarray, side: str = "right") -> Correction:
+        return lambda position, rate: np.zeros_like(position)
 
 
 def error_of(method: Method, steps: int) -> float:
@@ -275,8 +276,8 @@ class Kicked:
         zero = np.zeros((1, 1, 1, 1))
         return Coefficients(zero, zero + 9.0, np.where(after, 1.0, 0.0)[..., None])
 
-    def correction(self, theta: np.ndarray, position: np.ndarray, rate: np.ndarray, side: str = "right") -> np.ndarray:
-        return np.zeros_like(position)
+    def correction(self, theta: np.ndarray, side: str = "right") -> Correction:
+        return lambda position, rate: np.zeros_like(position)
 
 
 @pytest.mark.parametrize("name", list(INTEGRATORS))

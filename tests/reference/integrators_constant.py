@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from camgeom.dynamics.linear.method import Coefficients, Side
+from camgeom.dynamics.linear.method import Coefficients, Correction, Side
 from camgeom.maths import Floats
 
 
@@ -47,9 +47,9 @@ class ConstantSystem:
         """Always."""
         return True
 
-    def correction(self, theta: Floats, position: Floats, rate: Floats, side: Side = "right") -> Floats:
+    def correction(self, theta: Floats, side: Side = "right") -> Correction:
         """Zero (b, n, m)."""
-        return np.zeros_like(position)
+        return lambda position, rate: np.zeros_like(position)
 
     def coefficients(self, theta: Floats, side: Side = "right") -> Coefficients:
         """D, S, F at cam angles theta (1 or b, n), see `System`."""

@@ -22,7 +22,7 @@ from camgeom.motion import Program, Segment
 from camgeom.profile import parse
 from camgeom.report.page import sheet
 from camgeom.report.sections import report
-from camgeom.report.sections.dynamics import elastic, residual, stretches
+from camgeom.report.sections.dynamics import SEEN, elastic, residual, stretches
 from tests.places import PROFILES, ROOT
 
 
@@ -142,6 +142,14 @@ def test_residual_is_the_closed_form_of_the_cycloidal_law() -> None:
     wanted = 5e3 * np.abs(np.sin(pi * n)) / (pi * n * np.abs(n * n - 1.0))
     assert rise.y == pytest.approx(wanted, rel=1e-6, abs=1e-9)
     assert back.y == pytest.approx(rise.y, rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize(("share", "shown"), [(0.999, True), (1.001, False)])
+def test_a_residual_too_small_to_see_is_not_drawn(share: float, shown: bool) -> None:
+    """A quarter turn at a quarter of 600 r/min takes 0.1 s."""
+    program = _program((60, None), (150, 5.0), (200, None), (290, 0.0), (360, None))
+    train = FollowerTrain(mass=2.0, stiffness=2.0 * (2.0 * pi * share * SEEN / 0.1) ** 2, preload=500.0)
+    assert (residual(FollowerStudy(train, program, 20.0 * pi), program, False) is not None) is shown
 
 
 @pytest.mark.parametrize(("preload", "lost"), [(600.0, False), (20.0, True)])

@@ -19,7 +19,7 @@ from typing import Literal
 
 import numpy as np
 
-from camgeom.dynamics.linear.method import Coefficients, DrivenMotion, Side, VaryingContact
+from camgeom.dynamics.linear.method import Coefficients, Correction, DrivenMotion, Side, VaryingContact
 from camgeom.dynamics.linear.response import Response, positive_speeds
 from camgeom.dynamics.linear.solve import acceleration
 from camgeom.errors import DesignError, Problem, ProfileError
@@ -220,16 +220,16 @@ class FollowerSystem:
         """Lift in m and its derivatives per rad (order + 1, ., n) at cam angles theta (., n)."""
         return self.scale * self.motion.jet(theta.ravel(), order, side).reshape(order + 1, *theta.shape)
 
-    def rigid_force(self, theta: Floats, side: Side = "right") -> Floats:
-        """Force (b, n) in N that the rigid follower mass needs from the linkage."""
+    def rigid_force(self, theta: Floats, s: Floats, side: Side = "right") -> Floats:
+        """Force (b, n) in N that the rigid follower mass needs from the linkage; s: lift and its derivatives there."""
         t, w = self.train, self.speed[:, None]
-        s = self.lift(theta, 2, side)
         force = t.mass * s[2] * w * w + t.return_damping * s[1] * w + t.return_stiffness * s[0] + t.preload
         return np.asarray(force + (self.load(theta, side) if self.load is not None else 0.0))
 
     def coefficients(self, theta: Floats, side: Side = "right") -> Coefficients:
         """D, S, F per rad of cam angle at cam angles theta (1 or b, n)."""
-        w, s, rigid = self.speed[:, None], self.lift(theta, 2, side), self.rigid_force(theta, side)
+        w, s = self.speed[:, None], self.lift(theta, 2, side)
+        rigid = self.rigid_force(theta, s, side)
         stiffness, damping = self._springs()
         force = np.zeros((self.batch, theta.shape[1], self.size))
         force[..., -1] = -rigid
@@ -270,28 +270,34 @@ class FollowerSystem:
             s = self.lift(theta, 2, side)
             carried = 0.0 if t.two_masses else t.tappet_mass * s[2] * w * w
             return np.asarray(carried - k * q[..., 0] - c * w * u[..., 0]), s[1]
-        s = self.lift(theta, 1, side)
+        return self._pressed(theta, self.lift(theta, 1, side), q, u, side)
+
+    def _pressed(self, theta: Floats, s: Floats, q: Floats, u: Floats, side: Side) -> tuple[Floats, Floats]:
+        """The same on an elastic shaft; s: lift and its derivative at the nominal cam angle."""
+        k, c = self.train.first
         true = self.lift(theta + q[..., 0], 1, side)
         squeeze = true[0] - s[0] - q[..., 1]
-        rate = w * (true[1] * (1.0 + u[..., 0]) - s[1] - u[..., 1])
+        rate = self.speed[:, None] * (true[1] * (1.0 + u[..., 0]) - s[1] - u[..., 1])
         return np.asarray(k * squeeze + c * rate), true[1]
 
-    def correction(self, theta: Floats, position: Floats, rate: Floats, side: Side = "right") -> Floats:
+    def correction(self, theta: Floats, side: Side = "right") -> Correction:
         """Exact less linear q'' (b, n, m) per rad^2: the cam profile at the true cam angle."""
-        out = np.zeros_like(position)
         if self.shaft is None:
-            return out
+            return lambda q, u: np.zeros_like(q)
         k, c = self.train.first
-        w = self.speed[:, None]
-        s = self.lift(theta, 2, side)
-        q, u = position, rate
-        straight = k * (s[1] * q[..., 0] - q[..., 1])
-        straight = straight + c * w * (s[1] * u[..., 0] + s[2] * q[..., 0] - u[..., 1])
-        force, slope = self.contact(theta, q, u, side)
-        linear = s[1] * straight + self.rigid_force(theta, side) * s[2] * q[..., 0]
-        out[..., 0] = (linear - slope * force) / (self.mass[0] * w * w)
-        out[..., 1] = (force - straight) / (self.mass[1] * w * w)
-        return out
+        w, s = self.speed[:, None], self.lift(theta, 2, side)
+        turned = self.rigid_force(theta, s, side) * s[2]
+
+        def of(q: Floats, u: Floats) -> Floats:
+            straight = k * (s[1] * q[..., 0] - q[..., 1])
+            straight = straight + c * w * (s[1] * u[..., 0] + s[2] * q[..., 0] - u[..., 1])
+            force, slope = self._pressed(theta, s, q, u, side)
+            out = np.zeros_like(q)
+            out[..., 0] = (s[1] * straight + turned * q[..., 0] - slope * force) / (self.mass[0] * w * w)
+            out[..., 1] = (force - straight) / (self.mass[1] * w * w)
+            return out
+
+        return of
 
 
 FollowerResponse = Response[FollowerSystem]

@@ -18,7 +18,7 @@ from types import MappingProxyType
 import numpy as np
 
 from camgeom.dynamics.indexing.drive import TORSION, IndexingDrive
-from camgeom.dynamics.linear.method import Coefficients, DrivenMotion, Side, VaryingContact
+from camgeom.dynamics.linear.method import Coefficients, Correction, DrivenMotion, Side, VaryingContact
 from camgeom.dynamics.linear.response import Response, positive_speeds
 from camgeom.dynamics.linear.solve import acceleration
 from camgeom.errors import Problem, ProfileError
@@ -155,26 +155,34 @@ class TorsionSystem:
         rate = self.rates(theta)[0] * (u[..., 1] - tau[1] * u[..., 0] - tau[2] * q[..., 0])
         return np.asarray(self.drive.contact_stiffness_at(theta) * stretch + self.drive.contact_damping * rate)
 
-    def exact_contact(self, theta: Floats, q: Floats, u: Floats, side: Side = "right") -> tuple[Floats, Floats]:
-        """Contact torque (b, n) in N m at the turret and the slope tau' at the cam's true angle theta + q1."""
+    def exact_contact(
+        self, theta: Floats, q: Floats, u: Floats, side: Side = "right", tau: Floats | None = None
+    ) -> tuple[Floats, Floats]:
+        """Contact torque (b, n) in N m at the turret and the slope tau' at the cam's true angle theta + q1.
+
+        tau   the motion's jet at theta, where it is known
+        """
         omega, _ = self.rates(theta)
-        tau = self.jet(theta, 1, side)
+        tau = self.jet(theta, 1, side) if tau is None else tau
         true = self.jet(theta + q[..., 0], 1, side)
         stretch = q[..., 1] - (true[0] - tau[0])
         rate = omega * (u[..., 1] + tau[1] - true[1] * (1.0 + u[..., 0]))
         return self.drive.contact_stiffness_at(theta) * stretch + self.drive.contact_damping * rate, true[1]
 
-    def correction(self, theta: Floats, position: Floats, rate: Floats, side: Side = "right") -> Floats:
+    def correction(self, theta: Floats, side: Side = "right") -> Correction:
         """Exact less linearised q'' (b, n, 3) per rad^2."""
-        q, u = position, rate
         omega, _ = self.rates(theta)
         tau = self.jet(theta, 2, side)
-        straight = self.linear_contact(theta, q, u, tau)
-        torque, slope = self.exact_contact(theta, q, u, side)
-        out = np.zeros_like(q)
-        out[..., 0] = (slope * torque - tau[1] * straight) / (self.mass[0] * omega**2)
-        out[..., 1] = (straight - torque) / (self.mass[1] * omega**2)
-        return out
+
+        def of(q: Floats, u: Floats) -> Floats:
+            straight = self.linear_contact(theta, q, u, tau)
+            torque, slope = self.exact_contact(theta, q, u, side, tau)
+            out = np.zeros_like(q)
+            out[..., 0] = (slope * torque - tau[1] * straight) / (self.mass[0] * omega**2)
+            out[..., 1] = (straight - torque) / (self.mass[1] * omega**2)
+            return out
+
+        return of
 
     def rates(self, theta: Floats) -> tuple[Floats, Floats]:
         """Input speed omega (b, n) in rad/s and d omega/d theta at cam angles theta (1 or b, n)."""

@@ -16,7 +16,7 @@ varies. The Newmark family is there to repeat what papers computed with it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import factorial, sqrt
 from types import MappingProxyType
 from typing import Literal, Protocol
@@ -118,6 +118,10 @@ def _times(matrix: Floats, vector: Floats) -> Floats:
     return np.asarray((matrix @ vector[..., None])[..., 0])
 
 
+Correction = Callable[[Floats, Floats], Floats]
+"""(b, n, m) from q and q' (b, n, m)"""
+
+
 class System(Protocol):
     """An equation of motion with coefficients of period one turn; `size` coordinates, `batch` speeds.
 
@@ -137,8 +141,8 @@ class System(Protocol):
         """D, S, F at cam angles theta (1 or b, n) in rad; at a knot the limit from the given side."""
         ...
 
-    def correction(self, theta: Floats, position: Floats, rate: Floats, side: Side = "right") -> Floats:
-        """What the exact q'' has beyond the linear one, (b, n, m) for q and q' (b, n, m)."""
+    def correction(self, theta: Floats, side: Side = "right") -> Correction:
+        """What the exact q'' has beyond the linear one at these cam angles, of any number of states."""
         ...
 
 

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.dynamics.linear.maps import KEPT, Stages, held_stages, stages_of, step_maps, stepped
-from camgeom.dynamics.linear.method import Method, RungeKutta, Side, System, find, radau
+from camgeom.dynamics.linear.method import Correction, Method, RungeKutta, Side, System, find, radau
 from camgeom.dynamics.linear.walk import MapChain, TurnGrid, Walk
 from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.immutable import immutable
@@ -132,7 +132,7 @@ class Solution:
 def acceleration(system: System, theta: Floats, position: Floats, rate: Floats, side: Side = "right") -> Floats:
     """q'' (b, n, m) per rad^2 at cam angles theta (n,) or (b, n) for given q and q'."""
     out = system.coefficients(np.atleast_2d(theta), side).acceleration(position, rate)
-    return out if system.linear else out + system.correction(np.atleast_2d(theta), position, rate, side)
+    return out if system.linear else out + system.correction(np.atleast_2d(theta), side)(position, rate)
 
 
 def periodic(system: System, grid: TurnGrid, method: str | Method) -> Solution:
@@ -252,9 +252,10 @@ def _advance(system: System, start: Floats, step: Floats, state: Floats) -> Floa
     maps = held.maps()
     plain = (maps[..., :-1] @ state[..., None])[..., 0] + maps[..., -1]
     out, before = plain, np.inf
+    corrections = _corrections(system, held)
     force: Floats | None = None
     for _ in range(PASSES):
-        force = _stage_force(system, held, state, force)
+        force = _stage_force(corrections, held, state, force)
         fresh = plain + _pushed(held, force)
         change = _change(fresh, out)
         out = fresh
@@ -297,6 +298,7 @@ class CorrectedWalk:
         force: Floats | None = None
         old: Floats | None = None
         before, changes = np.inf, list[float]()
+        corrections = _corrections(self.system, self.stages)
         for _ in range(PASSES):
             maps = self.maps.copy()
             if force is not None:
@@ -315,7 +317,7 @@ class CorrectedWalk:
                 if _hopeless(changes):
                     raise NotConverged(_advice(change))
             try:
-                force = _stage_force(self.system, self.stages, state[:, :-1], force)
+                force = _stage_force(corrections, self.stages, state[:, :-1], force)
             except FloatingPointError:
                 raise NotConverged(_advice(np.inf)) from None
             old = state
@@ -330,9 +332,19 @@ def _hopeless(changes: list[float]) -> bool:
     return bool(changes[-1] * rate ** (PASSES - len(changes)) > LOOSE)
 
 
-def _stage_force(system: System, held: Stages, state: Floats, force: Floats | None) -> Floats:
+def _corrections(system: System, held: Stages) -> tuple[Correction, Correction | None]:
+    """The correction at all stages, and that of a last one at the end of its step, which looks at a knot from inside.
+    """
+    of_all = np.broadcast_to(held.theta, (*held.theta.shape[:2], len(held.method.c))).reshape(len(held.theta), -1)
+    ends = system.correction(held.theta[:, :, -1], "left") if held.method.c[-1] == 1.0 else None
+    return system.correction(of_all), ends
+
+
+def _stage_force(
+    corrections: tuple[Correction, Correction | None], held: Stages, state: Floats, force: Floats | None
+) -> Floats:
     """The correction (b, n, s m) at the stages of steps that start in states (b, n, 2m) under the last stage force."""
-    m = system.size
+    m = state.shape[-1] // 2
     b, n, sm = held.rows.shape[:3]
     s = sm // m
     bend = (held.rows[..., :-1] @ state[..., None])[..., 0] + held.rows[..., -1]
@@ -343,11 +355,10 @@ def _stage_force(system: System, held: Stages, state: Floats, force: Floats | No
     h = held.step[:, :, None, None]
     rate = state[:, :, None, m:] + h * (a @ bend)
     place = state[:, :, None, :m] + h * c[:, None] * state[:, :, None, m:] + h * h * ((a @ a) @ bend)
-    theta = np.broadcast_to(held.theta, (held.theta.shape[0], n, s)).reshape(-1, n * s)
-    out = system.correction(theta, place.reshape(b, n * s, m), rate.reshape(b, n * s, m)).reshape(b, n, s, m)
-    if c[-1] == 1.0:
-        # a stage at the end of the step looks at a knot from inside
-        out[:, :, -1] = system.correction(held.theta[:, :, -1], place[:, :, -1], rate[:, :, -1], "left")
+    everywhere, ends = corrections
+    out = everywhere(place.reshape(b, n * s, m), rate.reshape(b, n * s, m)).reshape(b, n, s, m)
+    if ends is not None:
+        out[:, :, -1] = ends(place[:, :, -1], rate[:, :, -1])
     return np.asarray(out.reshape(b, n, sm))
 
 

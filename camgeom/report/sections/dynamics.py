@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from camgeom.model import Model
     from camgeom.motion.program import Program
 RAD = 30.0 / pi
+SEEN = 1000.0
+"""natural periods in a move, beyond which some 1e-7 of it is left: a constant acceleration leaves 16 / (2 pi n)²"""
 SPEEDS = 401
 """cam speeds at which the residual is drawn"""
 MOST_EVENTS = 12
@@ -255,7 +257,7 @@ def stretches(program: Program) -> tuple[Stretch, ...]:
 
 def residual(study: FollowerStudy, program: Program, rotating: bool) -> Chart | None:
     """Amplitude left in the dwell after each rise and return over the cam speed; None without a dwell."""
-    from camgeom.dynamics.follower.residual import MOST_PERIODS, residual_spectrum
+    from camgeom.dynamics.follower.residual import residual_spectrum
 
     moves = stretches(program)
     if not moves:
@@ -269,7 +271,7 @@ def residual(study: FollowerStudy, program: Program, rotating: bool) -> Chart | 
     series = []
     for move in moves:
         periods = (move.end - move.start) / (speeds / RAD) * frequency / TURN
-        if periods.max() > MOST_PERIODS:
+        if periods.max() > SEEN:
             continue  # a follower so stiff against its cam leaves nothing that could be seen
         values = residual_spectrum(move, periods, ratio).amplitude * move.size * study.scale * factor
         name = f"after {number(degrees(move.start))}° to {number(degrees(move.end) % 360.0 or 360.0)}°"
