@@ -21,8 +21,8 @@ from camgeom.motion.law import Ends
 from camgeom.motion.optimal.best import Best, Impossible, best, sought
 from camgeom.motion.optimal.excess import excess
 from camgeom.motion.optimal.newton import Build, at_rest
-from camgeom.motion.optimal.programme import FEW, SearchPurse
-from camgeom.motion.optimal.search import find
+from camgeom.motion.optimal.programme import FEW, NO_CUTS, Multipliers, SearchPurse, Solved
+from camgeom.motion.optimal.search import ORDINARY, Sight, find
 from camgeom.motion.optimal.shape import Shape, residual_peaks, residuals
 from camgeom.motion.optimal.wish import ALL, Task, Wish
 from camgeom.motion.table import PieceTable
@@ -546,6 +546,24 @@ def test_a_velocity_that_dips_is_held_downwards_too() -> None:
     least = 1.51 + 4.2**2 / (2.0 * 319.0)
     for velocity, kind in ((0.99 * least, Impossible), (1.01 * least, Best)):
         assert isinstance(sought(replace(wish, jerk=319.0, velocity=velocity, start=(-1.51, -4.2))), kind)
+
+
+@pytest.mark.parametrize(
+    ("value", "bound", "does"),
+    [(1.0003, 0.9998, False), (1.0003, 1.0001, True), (0.9998, 0.9993, True), (1.003, 1.0001, False)],
+)
+def test_a_dear_proof_goes_on_until_it_is_one(value: float, bound: float, does: bool) -> None:
+    """A factor on all limits within a thousandth is near enough, but where it leaves open whether it is above 1."""
+    task = Task.of(Wish("jerk", velocity=1.9, acceleration=5.0, jerk=60.0), ALL)
+    assert task.proof
+    shape = Shape(np.array([0.0, 1.0]), np.zeros(2))
+    purse = SearchPurse()
+    sight = Sight(task, purse)
+    law = Solved(shape, value, Multipliers(np.zeros(2), NO_CUTS, *[np.empty(0)] * 4, np.zeros(1)))
+    sight.saw(law, bound)
+    assert not sight.does  # nothing has been spent
+    purse.pay(ORDINARY, 1)
+    assert sight.does == does
 
 
 def test_the_multipliers_of_a_held_velocity_are_spread_where_a_mesh_is_fine() -> None:

@@ -83,7 +83,7 @@ class Found:
     solved: Solved
 
 
-class _Sight:
+class Sight:
     """The best law and the best bound that the search for a task has seen, whichever of its steps they are from.
 
     tried   programmes from the mesh that breaks are moved from now
@@ -115,7 +115,8 @@ class _Sight:
             return False
         value = self.law.value
         gap = value - (max(self.bound, 0.0) if self.task.residual.slope else self.bound)
-        dear = self.purse.spent > ORDINARY or self.tried >= PATIENT
+        undecided = self.task.proof and self.bound <= 1.0 < value
+        dear = not undecided and (self.purse.spent > ORDINARY or self.tried >= PATIENT)
         fair = max(FAIR * value, FAINT if self.task.residual.slope else 0.0) if dear else 0.0
         return gap <= max(fair, _near(self.task, value))
 
@@ -148,7 +149,7 @@ def find(task: Task, begun: Shape | None = None, purse: SearchPurse | None = Non
         mesh = Shape(mesh.x, np.zeros(len(mesh.h) + task.smooth))
     if task.mean:
         return _least_square(task, mesh)
-    sight = _Sight(task, purse)
+    sight = Sight(task, purse)
     try:
         _look(sight, mesh, cuts)
     except NotConverged:
@@ -157,7 +158,7 @@ def find(task: Task, begun: Shape | None = None, purse: SearchPurse | None = Non
     return sight.found
 
 
-def _look(sight: _Sight, mesh: Shape, cuts: Cuts) -> None:
+def _look(sight: Sight, mesh: Shape, cuts: Cuts) -> None:
     """Pass over the task, from one mesh to the next, until what is seen does. Raises NotConverged."""
     task, purse = sight.task, sight.purse
     for turn in range(PASSES):
@@ -272,7 +273,7 @@ def _keeping(task: Task, mesh: Shape, cuts: Cuts, purse: SearchPurse, exact: flo
     return (solved if over <= exact else None), cuts
 
 
-def _weighed(sight: _Sight, settled: Solved, cuts: Cuts) -> None:
+def _weighed(sight: Sight, settled: Solved, cuts: Cuts) -> None:
     """Add a law to those seen, with its bound."""
     if settled.at_rest:
         return
@@ -283,7 +284,7 @@ def _weighed(sight: _Sight, settled: Solved, cuts: Cuts) -> None:
 
 
 def _settled(
-    sight: _Sight, shape: Shape, value: float, cuts: Cuts, meshed: Solved | None
+    sight: Sight, shape: Shape, value: float, cuts: Cuts, meshed: Solved | None
 ) -> tuple[Solved | None, Cuts]:
     """The shape whose breaks have moved to where they belong; None where they find no rest, or what was seen on the way
     does.
@@ -391,7 +392,7 @@ def _settled(
     return last, cuts
 
 
-def _proven(sight: _Sight, rest: Solved | None, cuts: Cuts) -> tuple[Solved | None, Cuts]:
+def _proven(sight: Sight, rest: Solved | None, cuts: Cuts) -> tuple[Solved | None, Cuts]:
     """A law at rest, and the cuts with its own; None where its bound is far: it may be at rest in the wrong build."""
     if rest is None:
         return None, cuts
@@ -403,7 +404,7 @@ def _proven(sight: _Sight, rest: Solved | None, cuts: Cuts) -> tuple[Solved | No
     return rest, cuts.and_at(own.n, own.angle, own.places, own.dips)
 
 
-def _sharpened(sight: _Sight, meshed: Solved, cuts: Cuts) -> tuple[Solved | None, Cuts]:
+def _sharpened(sight: Sight, meshed: Solved, cuts: Cuts) -> tuple[Solved | None, Cuts]:
     """The law at rest in the build that a mesh shows when it becomes finer where the jerk changes; None without one."""
     for _ in range(SHARPENED):
         mesh = finer(meshed.shape, sight.task.jerk.at(meshed.value))
@@ -418,7 +419,7 @@ def _sharpened(sight: _Sight, meshed: Solved, cuts: Cuts) -> tuple[Solved | None
     return None, cuts
 
 
-def _shown(sight: _Sight, meshed: Solved, cuts: Cuts) -> tuple[Solved | None, Cuts]:
+def _shown(sight: Sight, meshed: Solved, cuts: Cuts) -> tuple[Solved | None, Cuts]:
     """The law at rest in the build that a mesh shows; None where it shows none."""
     for build in (switched, ramped):
         built = build(sight.task, meshed.shape, meshed.value)

@@ -109,6 +109,8 @@ class Task:
     residual: Bound
     mean: bool = False
     """whether t is the root mean square of the acceleration"""
+    proof: bool = False
+    """whether t is the factor on all limits, of which it is asked whether it is above 1"""
     most: float = math.inf
     """a value beyond which none is sought"""
 
@@ -125,7 +127,7 @@ class Task:
             else:
                 bounds.append(Bound(0.0, 1.0) if name == quantity else Bound(limit))
         velocity, acceleration, jerk, residual = bounds
-        return cls(wish, velocity, acceleration, jerk, residual, mean=aim == "rms-acceleration")
+        return cls(wish, velocity, acceleration, jerk, residual, mean=aim == "rms-acceleration", proof=aim == ALL)
 
     @property
     def smooth(self) -> bool:
