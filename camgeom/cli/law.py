@@ -53,8 +53,9 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         wish = wish_of(Ends(), **entry.complete(keys))
     except ProfileError as error:
         raise UsageError("; ".join(str(option(problem)) for problem in error.problems)) from None
-    if "damping" in seen and "band" not in seen:
-        raise UsageError("--damping: says nothing without --band")
+    for word, given in (("--damping", "damping" in seen), ("--front", arguments.front)):
+        if given and arguments.band is None:
+            raise UsageError(f"{word}: says nothing without --band")
     if seen:
         wish = replace(wish, band=seen["band"], damping=seen.get("damping", 0.0))
     folder = None if arguments.out is None else Path(arguments.out)

@@ -331,5 +331,5 @@ def _motion_figures(data: dict[str, Any]) -> list[tuple[str, str]]:
             figures.append((f"peak {word}", f"{number(motion[timed[0]])} {unit}"))
     for i, found in motion.get("best_laws", {}).items():
         told = f"{found['minimise']} {number(found['value'])}, no law below {number(found['lower_bound'])}"
-        figures.append((f"motion[{i}] optimal", f"{told} (unit lift over unit travel)"))
+        figures.append((f"motion[{i}] optimal", f"{told} ({found['over']})"))
     return figures

@@ -166,6 +166,12 @@ class Program:
             if segment.law == "optimal"
         )
 
+    @property
+    def best_over(self) -> str:
+        """What the values and bounds of `best_laws` stand over, in words."""
+        held = " of the plate, not of the follower in time" if self.path is not None else ""
+        return f"unit lift over unit travel{held}"
+
     def peak(self, order: int) -> Peak:
         """The extreme (signed; lift per rad^order) of a derivative and its cam angle (rad), refined to rounding."""
         return self.table.derivative_peak(order)

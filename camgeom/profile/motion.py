@@ -27,6 +27,8 @@ OUT_OF_RANGE = "out of range"
 LEAST_SHARE = 1e-9
 """of the stroke, that a segment over the travel takes at least"""
 RATES = ("velocity", "acceleration", "jerk")
+IN_TIME = ("residual_limit", "band", "natural_frequency", "speeds", "damping")
+"""keys of the best law without a meaning over a travel, whose segments do not last in proportion to their lengths"""
 
 
 def split_segment(
@@ -106,7 +108,7 @@ def motion_problems(
     ]
     last = len(motion) - 1
     if travel is not None:
-        return problems + _travel_problems(motion, travel)
+        return problems + _travel_problems(motion, travel) + _timed_problems(motion)
     if beyond := [Problem(f"motion[{i}].until", OUT_OF_RANGE, segment.until, "more than 0 and at most 360 deg")
                   for i, segment in enumerate(motion) if segment.until > 360.0]:  # fmt: skip
         return problems + beyond
@@ -134,6 +136,19 @@ def _travel_problems(motion: Sequence[MotionSegment], travel: float) -> list[Pro
         message = "the last segment must end the stroke"
         found.append(Problem(f"motion[{len(motion) - 1}].until", message, previous, f"{travel:g} mm, cam.stroke"))
     return found
+
+
+def _timed_problems(motion: Sequence[MotionSegment]) -> list[Problem]:
+    """Keys of best laws over the travel that ask for a vibration, which swings in time."""
+    message = "a linear cam's motion stands over its plate's travel, which does not go evenly in time"
+    advice = "leave it out: limits of velocity, acceleration and jerk are of the travel, [dynamics] tells what vibrates"
+    return [
+        Problem(f"motion[{i}].{key}", message, plain(value), "", advice)
+        for i, segment in enumerate(motion)
+        if segment.law == "optimal"
+        for key, value in segment.parameters
+        if (key in IN_TIME and value) or (key == "minimise" and value == "residual")
+    ]
 
 
 def _index_problems(motion: Sequence[MotionSegment], index: float, stops: int) -> list[Problem]:

@@ -14,6 +14,7 @@ from camgeom.errors import ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse
 from camgeom.report.measured import measure
+from camgeom.report.result import compute
 from camgeom.report.sections.motion import best_laws
 from tests.places import PROFILES
 
@@ -77,7 +78,8 @@ def test_what_no_law_can_do_ends_with_status_1_and_the_proof(capsys: pytest.Capt
         (["--vmax", "x"], "--vmax: needs a number"),
         (["--least", "jerk", "--jmax", "40"], "--jmax: says nothing beside"),
         (["--least", "residual", "--band", "2:6"], "--amax or --jmax"),
-        (["--damping", "0.1"], "--damping"),
+        (["--damping", "0.1"], "--damping: says nothing without --band"),
+        (["--front"], "--front: says nothing without --band"),
         (["--residual", "0.1"], "--band: is missing"),
         (["--jmax", "60", "--order", "1.5"], "--order: needs a whole number"),
     ],
@@ -105,6 +107,33 @@ def test_the_files_and_the_front(
     rows = list(csv.reader((tmp_path / "law.csv").read_text(encoding="utf-8").splitlines()))
     assert rows[0] == ["x", "lift", "velocity", "acceleration", "jerk"]
     assert "modified-sine" in (tmp_path / "law.html").read_text(encoding="utf-8")
+
+
+def plate(keys: str) -> Model:
+    """A plate's edge whose rise is the best law of these keys over the travel."""
+    text = (PROFILES / "linear_edge.toml").read_text()
+    rise = 'law = "optimal"\njerk_limit = 80\n' + ("" if "minimise" in keys else 'minimise = "peak-acceleration"\n')
+    return Model(parse(text.replace('law = "modified-sine"', rise + keys), "x.toml"))
+
+
+@pytest.mark.parametrize("key", ["residual_limit = 0.1", "band = [1, 2]", "natural_frequency = 45",
+                                 "speeds = [150, 450]", "damping = 0.1", 'minimise = "residual"'])  # fmt: skip
+def test_what_swings_in_time_has_no_place_over_the_travel_of_a_plate(key: str) -> None:
+    with pytest.raises(ProfileError, match="travel, which does not go evenly in time") as refused:
+        plate(key)
+    assert [one.key for one in refused.value.problems] == [f"motion[1].{key.partition(' ')[0]}"]
+
+
+def test_bounds_over_the_travel_of_a_plate_say_so_and_of_a_cam_that_turns_say_nothing_of_it() -> None:
+    over = "unit lift over unit travel of the plate, not of the follower in time"
+    slides, turns = plate(""), indexer()
+    for model, words in ((slides, over), (turns, "unit lift over unit travel")):
+        (told,) = compute(model, ("motion",)).data["motion"]["best_laws"].values()
+        table = best_laws(model)
+        assert told["over"] == words
+        assert table is not None
+        assert table.caption == f"Best laws, peaks for {words}"
+    assert turns.setup.program.best_laws[0][1].wish.band is not None
 
 
 def indexer(text: str = "") -> Model:

@@ -66,7 +66,9 @@ def motion_data(model: Model) -> dict[str, Any]:
     }
     if program.best_laws:
         stated = len(model.profile.motion)
-        data["best_laws"] = {str(i): _best_law(found) for i, found in program.best_laws if i < stated}
+        data["best_laws"] = {
+            str(i): {**_best_law(found), "over": program.best_over} for i, found in program.best_laws if i < stated
+        }
     if model.profile.fastest is not None:
         omega = model.profile.fastest * pi / 30.0
         for order, word in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):

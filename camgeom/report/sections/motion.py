@@ -197,8 +197,9 @@ def _over_travel(carriage: Carriage, stated: int, theta: float) -> str:
 
 def best_laws(model: Model) -> Table | None:
     """What the best laws reach, and the bound that no law of their class can go below; None where there is none."""
+    program = model.setup.program
     rows: list[tuple[Cell, ...]] = []
-    for i, found in model.setup.program.best_laws:
+    for i, found in program.best_laws:
         if i < len(model.profile.motion):
             peaks = [found.peaks.get(name) for name in ("velocity", "acceleration", "jerk", "residual")]
             shown = [None if value is None or not np.isfinite(value) else value for value in peaks]
@@ -206,7 +207,7 @@ def best_laws(model: Model) -> Table | None:
             rows.append((f"motion[{i}]", aim, found.value, found.bound, *shown, found.holds_for))
     heads = ("Segment", "Least", "Value", "Lower bound", "Velocity", "Acceleration", "Jerk", "Residual", "Bound for")
     columns = tuple(Column(head) for head in heads)
-    return Table("Best laws, peaks for unit lift over unit travel", columns, tuple(rows)) if rows else None
+    return Table(f"Best laws, peaks for {program.best_over}", columns, tuple(rows)) if rows else None
 
 
 def continuity(program: Program) -> str:
