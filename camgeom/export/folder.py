@@ -228,14 +228,15 @@ def _place(made: Path, final: Path) -> None:
 def _move(path: Path, folder: Path, entry: dict[str, Any] | None) -> None:
     """Move a file into a folder of earlier ones, whose manifest gets its entry; nothing where there is no such file.
 
-    What the manifest there knows of that name is replaced; beside a file that it does not know the new one is numbered.
+    What the manifest there knows of that name and that cam is replaced; beside another file the new one is numbered.
     """
     if not os.path.lexists(path):
         return
     folder.mkdir(parents=True, exist_ok=True)
     listed = read_manifest(folder).get("files", [])
     name, number = path.name, 0
-    while os.path.lexists(folder / name) and name not in [one["file"] for one in listed]:
+    ours = [one["file"] for one in listed if entry is not None and one.get("name") == entry.get("name")]
+    while os.path.lexists(folder / name) and name not in ours:
         number += 1
         name = f"{path.name}.{number}"
     path.replace(folder / name)

@@ -97,6 +97,16 @@ def test_another_profile_gets_the_folder_and_the_first_stays_whole(tmp_path: Pat
     assert (tmp_path / "previous/cam-one/result.json").read_text() == "one"
 
 
+@pytest.mark.parametrize(("other", "kept"), [("cam one", {"cam.stl"}), ("cam-one", {"cam.stl", "cam.stl.1"})])
+def test_names_that_give_one_folder_lose_nothing_of_each_other(tmp_path: Path, other: str, kept: set[str]) -> None:
+    """Of one name the later is kept; of two, both."""
+    for name, text in (("cam one", "first"), ("cam two", "second"), (other, "third"), ("cam two", "fourth")):
+        run(tmp_path, {"cam.stl": text}, design=text, name=name, stem=name.replace(" ", "-"))
+    place = tmp_path / "previous/cam-one"
+    assert set(told(place)) == kept
+    assert {(place / name).read_text() for name in kept} == ({"first", "third"} if len(kept) > 1 else {"third"})
+
+
 def test_what_the_user_put_there_stays(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     (tmp_path / "cam.stl").write_text("mine too")
