@@ -16,13 +16,14 @@ import numpy as np
 from camgeom.cli import Console
 from camgeom.cli.model import output_folder, refuse_unwritable
 from camgeom.cli.study_page import MOST_ROWS
-from camgeom.cli.study_told import SHOWN, tell, write_page
+from camgeom.cli.study_told import SHOWN, close, tell, write_page
 from camgeom.design.bulk import Bulk
 from camgeom.design.engine import Alone, Cluster, Engine, Pace
 from camgeom.design.parts import Parts, pyarrow, read_rows
 from camgeom.design.sampling import Column
 from camgeom.design.study import Row, Study
 from camgeom.errors import CamgeomError
+from camgeom.export.folder import STUDY, results
 
 SMALL = 20_000
 """rows that take less time here than worker processes take to begin"""
@@ -40,20 +41,25 @@ def run(arguments: argparse.Namespace, console: Console, bulk: Bulk, engine: Eng
     engine = Alone() if total <= SMALL and not isinstance(engine, Cluster) else engine
     study = Study(bulk.data, bulk.file, bulk.plan.axes, unmeasured, plan=bulk.plan, most=total)
     shown: list[dict[str, Any]]
+    described = {**study.described(), "batch": [*bulk.figures, bulk.level]}
+    table = "study.parquet" if arguments.parquet else "study.csv"
+    with results(folder, STUDY) as place:
+        if arguments.parquet:
+            parts = Parts(folder / table, described, total)
+            if (left := sum(map(len, parts.gaps))) < total:
+                console.err(f"{total - left} of {total} variants were computed before")
+            _written(bulk, engine, parts, console)
+            shown, counts = _read(parts.join(place.path(table)), arguments.json)
+        else:
+            shown, counts = _as_csv(bulk, engine, place.path(table), console, arguments.json)
+        left_open = " ".join(_not_judged(bulk))
+        for record in shown:
+            record["not_judged"] = left_open
+        rows = [_row(study, record) for record in shown]
+        write_page(study, rows[:MOST_ROWS], name, place.path("study.html"), table, counts, bulk.figures)
+        files = close(place, name, described, (table, "study.html"))
     if arguments.parquet:
-        described = {**study.described(), "batch": [*bulk.figures, bulk.level]}
-        parts = Parts(folder / "study.parquet", described, total)
-        if (left := sum(map(len, parts.gaps))) < total:
-            console.err(f"{total - left} of {total} variants were computed before")
-        _written(bulk, engine, parts, console)
-        table, shown, counts = parts.join(), *_read(parts.path, arguments.json)
-    else:
-        table, shown, counts = _as_csv(bulk, engine, folder / "study.csv", console, arguments.json)
-    left_open = " ".join(_not_judged(bulk))
-    for record in shown:
-        record["not_judged"] = left_open
-    rows = [_row(study, record) for record in shown]
-    files = [table, write_page(study, rows[:MOST_ROWS], name, folder / "study.html", table.name, counts, bulk.figures)]
+        parts.clear()
     tell(console, arguments.json, study, name, rows[: SHOWN + 1], shown, files, ("batch", SAID), counts)
     return 0 if counts["pass"] or counts["warn"] else 1
 
@@ -117,8 +123,8 @@ def _read(path: Path, whole: bool) -> tuple[list[dict[str, Any]], Counter[str]]:
 
 def _as_csv(
     bulk: Bulk, engine: Engine, path: Path, console: Console, whole: bool
-) -> tuple[Path, list[dict[str, Any]], Counter[str]]:
-    """The rows in order as CSV, the first of them (all where `whole`), and how many there are of each verdict."""
+) -> tuple[list[dict[str, Any]], Counter[str]]:
+    """Write the rows in order as CSV; the first of them (all where `whole`), and how many there are of each verdict."""
     from camgeom.export.files import atomic_write
 
     shown: list[dict[str, Any]] = []
@@ -141,7 +147,7 @@ def _as_csv(
                 most = len(rows) if whole else MOST_ROWS - len(shown)
                 shown += [dict(zip(found, row)) for row in rows[:most]]
                 coming += len(rows)
-    return path, shown, counts
+    return shown, counts
 
 
 def _plain(column: Any) -> list[Any]:

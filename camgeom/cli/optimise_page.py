@@ -11,6 +11,7 @@ from typing import Any, final
 import numpy as np
 
 from camgeom.cli import Console, aligned, number
+from camgeom.cli.model import slug
 from camgeom.design.front import Archive, Bools, Front, Ints, balanced, members_in, nothing
 from camgeom.design.requirement import Free, Requirement, bounded
 from camgeom.design.study import Row
@@ -31,11 +32,13 @@ from camgeom.drawing.content import (
     Text,
 )
 from camgeom.export.files import write_whole
+from camgeom.export.folder import FRONT, read_manifest, results
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.profile.text import dump
 from camgeom.report.delivery import finite
 from camgeom.report.page import render
+from camgeom.version import __version__
 
 DRAWN = 1000
 """points of the search in the chart of the front"""
@@ -81,8 +84,18 @@ class Told:
 
     def deliver(self, console: Console, as_json: bool) -> int:
         """Write profiles and page, tell the result; the exit status."""
-        profiles = self._write_profiles()
-        files = [*profiles, *([] if self.chosen is None else [self._write_chosen()]), self._write_page()]
+        every = list(members_in(self.members, self.wanted))
+        members = {f"{k:02d}.toml": self._profile(data, f"member {k}") for k, data in enumerate(every, start=1)}
+        whole = {}
+        if self.chosen is not None:
+            which = f"member {self.chosen + 1}, the balanced one,"
+            whole["chosen.toml"] = self._profile(every[self.chosen], which)
+        profiles = self._written(self.folder / "front", members)
+        files = [*profiles, *self._written(self.folder, {**whole, "front.html": render(self.page())})]
+        if profiles:
+            for name, content in self.wanted.study([self.members[0].values], nothing).copies():
+                for place in (self.folder / "front", self.folder):
+                    write_whole(place / name, content)
         if as_json:
             console.out(json.dumps(finite(self._data(profiles, files)), indent=2, allow_nan=False))
         else:
@@ -90,30 +103,23 @@ class Told:
                 console.out(line)
         return 0 if self.members else 1
 
-    def _write_profiles(self) -> list[Path]:
-        """Every member's profile in a folder of their own, with the data files that they name."""
-        folder = self.folder / "front"
-        found = []
-        for number_, data in enumerate(members_in(self.members, self.wanted), start=1):
-            found.append(self._written(folder / f"{number_:02d}.toml", data, f"member {number_}"))
-        if found:
-            for name, content in self.wanted.study([self.members[0].values], nothing).copies():
-                for place in (folder, self.folder):
-                    write_whole(place / name, content)
-        return found
+    def _written(self, folder: Path, contents: dict[str, str]) -> list[Path]:
+        """Files that appear together in a folder; those of an earlier search that are none of them move away."""
+        if contents or read_manifest(folder, FRONT):
+            about = {"name": self.name, "stem": slug(self.name), "command": "optimise", "version": __version__}
+            with results(folder, FRONT) as place:
+                for name, content in contents.items():
+                    write_whole(place.path(name), content)
+                place.close(about, "", dict.fromkeys(contents, "front"), {"front"})
+        return [folder / name for name in contents]
 
-    def _write_chosen(self) -> Path:
-        assert self.chosen is not None
-        data = list(members_in(self.members, self.wanted))[self.chosen]
-        return self._written(self.folder / "chosen.toml", data, f"member {self.chosen + 1}, the balanced one,")
-
-    def _written(self, path: Path, data: dict[str, Any], which: str) -> Path:
+    def _profile(self, data: dict[str, Any], which: str) -> str:
+        """The profile of a member, which says where it comes from."""
         sought = ", ".join(aim.words for aim in self.wanted.aims)
         head = f"# {which} of a front of {self.wanted.file}: {sought}\n"
         head += "".join(f"# {one.axis.key} was free\n" for one in self.wanted.free)
         head += "".join(f"# {one.key} was tied\n" for one in self.wanted.ties)
-        write_whole(path, head + "\n" + dump(data))
-        return path
+        return head + "\n" + dump(data)
 
     def _data(self, profiles: Sequence[Path], files: Sequence[Path]) -> dict[str, Any]:
         """The result as plain data."""
@@ -183,11 +189,6 @@ class Told:
         elif not len(self.archive.front()):
             notes.append("no point keeps all bounds; loosen them or widen the ranges")
         return notes
-
-    def _write_page(self) -> Path:
-        path = self.folder / "front.html"
-        write_whole(path, render(self.page()))
-        return path
 
     def page(self) -> Page:
         """The page of the front."""

@@ -14,7 +14,7 @@ from camgeom.cli import Console, UsageError, whole
 from camgeom.cli.bulk import run as run_bulk
 from camgeom.cli.model import names, output_folder, refuse_nameless, refuse_unwritable
 from camgeom.cli.study_page import PLOTTED
-from camgeom.cli.study_told import FIGURES, followers_of, tell, write_page
+from camgeom.cli.study_told import FIGURES, close, followers_of, tell, write_page
 from camgeom.design.batch import LEVELS
 from camgeom.design.bulk import Bulk
 from camgeom.design.engine import Cluster, Engine, Pace, local
@@ -22,6 +22,7 @@ from camgeom.design.parts import Parts, read_rows
 from camgeom.design.sampling import DRAWN, Plan, sample, tie
 from camgeom.design.study import Row, Study, axis, columns, refuse_unsolved
 from camgeom.errors import Problem, ProfileError
+from camgeom.export.folder import STUDY, results
 from camgeom.report.measured import asked, measure, of_followers
 from camgeom.report.result import PRODUCTS
 
@@ -56,17 +57,22 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     folder = output_folder(arguments.out, name)
     refuse_unwritable(folder)
     engine = engine_of(arguments)
+    described = {**study.described(), "products": list(products), "checks": list(checks or ("all",))}
+    described["figures"] = list(figures)
+    written = "study.parquet" if arguments.parquet else "study.csv"
+    with results(folder, STUDY) as place:
+        if arguments.parquet:
+            parts = Parts(folder / written, described, len(study))
+            rows = streamed(study, engine, parts, place.path(written), console, arguments.json, figures)
+            table = as_table(study, rows)
+        else:
+            rows = _collected(study, engine, console)
+            table = as_table(study, rows)
+            write_csv(table, place.path(written))
+        write_page(study, rows, name, place.path("study.html"), written, figures=figures)
+        files = close(place, name, described, (written, "study.html"))
     if arguments.parquet:
-        described = {**study.described(), "products": list(products), "checks": list(checks or ("all",))}
-        described["figures"] = list(figures)
-        parts = Parts(folder / "study.parquet", described, len(study))
-        rows = streamed(study, engine, parts, console, arguments.json, figures)
-        table, written = as_table(study, rows), parts.path
-    else:
-        rows = _collected(study, engine, console)
-        table = as_table(study, rows)
-        written = write_csv(table, folder / "study.csv")
-    files = [written, write_page(study, rows, name, folder / "study.html", written.name, figures=figures)]
+        parts.clear()
     status = 0 if any(row.verdict in ("pass", "warn") for row in rows) else 1
     if absent := [key for key in figures if not any(key in row.figures for row in rows)]:
         console.err(f"camgeom study: no variant has the figure {', '.join(absent)}")
@@ -124,10 +130,10 @@ def _collected(study: Study, engine: Engine, console: Console) -> list[Row]:
 
 
 def streamed(
-    study: Study, engine: Engine, parts: Parts, console: Console, whole: bool, figures: Sequence[str] = ()
+    study: Study, engine: Engine, parts: Parts, path: Path, console: Console, whole: bool, figures: Sequence[str] = ()
 ) -> list[Row]:
-    """All rows written as Parquet, what is there already left as it is; read back `whole`, or as far as is shown and
-    asked for (`figures`)."""
+    """All rows written as Parquet, to `path` unless the whole file is there; read back `whole`, or as far as is shown
+    and asked for (`figures`)."""
     gaps = parts.gaps
     left = sum(map(len, gaps))
     if left < len(study):
@@ -139,7 +145,7 @@ def streamed(
     console.progress("")
     usual = of_followers((*FIGURES, *(key for key, _, _ in PLOTTED)), followers_of(study))
     shown = {"verdict", "reason", "not_judged", *usual, *figures}
-    records = read_rows(parts.join(), None if whole else shown)
+    records = read_rows(parts.join(path), None if whole else shown)
     aside = {"verdict", "reason", *(one.key for one in study.varied)}
     measured = ({key: value for key, value in record.items() if key not in aside} for record in records)
     values = study.values(range(len(study)))

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from camgeom.cli import Console, aligned, number
+from camgeom.cli.model import slug
 from camgeom.cli.study_page import cell, left_open, page, word
 from camgeom.design.study import Row, Study
 from camgeom.report.delivery import finite
 from camgeom.report.measured import of_followers
+from camgeom.version import __version__
+
+if TYPE_CHECKING:
+    from camgeom.export.folder import RunFolder
 
 SHOWN = 20
 """rows shown on the terminal; the CSV file has all"""
@@ -70,6 +76,18 @@ def tell(
     console.out(f"  computed by the {by}: {because}")
     for file in files:
         console.out(f"  wrote {file}")
+
+
+def close(place: RunFolder, name: str, described: Mapping[str, Any], files: Sequence[str]) -> list[Path]:
+    """Let these files of a study appear in its folder; those of another one there move to `previous/`.
+
+    described  all that its rows rest on: files of one study stand beside each other
+    """
+    design = sha256(json.dumps(described, sort_keys=True).encode()).hexdigest()
+    made = {file: file for file in files if (place.staged / file).exists()}
+    about = {"name": name, "stem": slug(name), "command": "study", "version": __version__}
+    place.close(about, design, made, set(made))
+    return [place.folder / file for file in files]
 
 
 def followers_of(study: Study) -> int:

@@ -113,8 +113,8 @@ class Parts:
     def _part(self, piece: range) -> Path:
         return self.folder / f"rows-{piece.start:09d}-{piece.stop:09d}.parquet"
 
-    def join(self) -> Path:
-        """The whole file, each row once and in order; the parts are removed.
+    def join(self, path: Path | None = None) -> Path:
+        """The whole file, each row once and in order; the parts are removed, unless it is written to another `path`.
 
         Raises ExportError where it cannot be written, CamgeomError where rows are missing; the parts then stand.
         """
@@ -126,13 +126,19 @@ class Parts:
         if self.gaps:
             raise CamgeomError(f"{self.folder}: rows are missing; run the same command again")
         schema = self._schema().with_metadata({"camgeom": json.dumps(self._digests())})
-        with atomic_write(self.path) as stream, arrow.parquet.ParquetWriter(
+        with atomic_write(path or self.path) as stream, arrow.parquet.ParquetWriter(
             stream, schema, use_dictionary=_listed(schema)
         ) as writer:
             for table in _grouped(self._tables(schema)):
                 writer.write_table(table, GROUP)
-        shutil.rmtree(self.folder)
+        if path is not None:
+            return path
+        self.clear()
         return self.path
+
+    def clear(self) -> None:
+        """Remove the parts, the whole file being in its place."""
+        shutil.rmtree(self.folder, ignore_errors=True)
 
     def _schema(self) -> Any:
         """Columns of all parts in the order of their first rows; a column takes the widest type that it has in any."""

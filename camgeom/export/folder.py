@@ -9,6 +9,9 @@ A file of an earlier run of the same profile is replaced by the new one of its n
 bring moves to `previous/`, unless it is of the same design (keys, version, tolerance) and was not asked for again: then
 it stays, and the manifest names it. Files of another profile move to `previous/<its name>/`, all of them. What no
 manifest names, or was changed since, is the user's and stays; in the place of a new file it moves to `previous/`.
+
+Studies and searches do the same with manifests of their own, so that the results of each command stand beside those of
+the others.
 """
 
 from __future__ import annotations
@@ -28,7 +31,8 @@ from typing import Any
 from camgeom.errors import ExportError
 from camgeom.export.files import atomic_write, export_error, mode_of, write_whole
 
-MANIFEST = "manifest.json"
+MANIFEST, STUDY, FRONT = MANIFESTS = "manifest.json", "study-manifest.json", "front-manifest.json"
+"""of the files of a run, a study, a search"""
 PREVIOUS = "previous"
 COMPLETE, REPLACING = "complete", "being replaced"
 _STAGED = re.compile(r"\.camgeom-[0-9a-f]{16}\.part")
@@ -40,11 +44,12 @@ _BLOCK = 1 << 20
 class RunFolder:
     """The folder of one run, open from its first file to its manifest; leaving it without `close` changes nothing.
 
+    manifest  of `MANIFESTS`
     Raises ExportError where the folder cannot be made or written in.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, manifest: str = MANIFEST) -> None:
+        self.folder, self.manifest = folder, manifest
         self.staged = folder / f".camgeom-{secrets.token_hex(8)}.part"
         self._lock: int | None = None
         self._made: list[Path] = []
@@ -73,7 +78,7 @@ class RunFolder:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         if self._begun:  # stopped between the renames: another try, else the next run's
             with suppress(OSError, ExportError), _alone(self.folder):
-                self._carry_through(read_manifest(self.folder))
+                self._carry_through(read_manifest(self.folder, self.manifest), self.manifest)
         self._leave()
 
     def _leave(self) -> None:
@@ -109,8 +114,8 @@ class RunFolder:
         """
         try:
             with _alone(self.folder):
-                self._carry_through(read_manifest(self.folder))
-                earlier = read_manifest(self.folder)
+                self._carry_through(read_manifest(self.folder, self.manifest), self.manifest)
+                earlier = read_manifest(self.folder, self.manifest)
                 # What was changed since is the user's.
                 ours = [entry for entry in earlier.get("files", []) if _same(self.folder / entry["file"], entry)]
                 old = ours if earlier.get("design") == design else []
@@ -119,14 +124,15 @@ class RunFolder:
                 place = PREVIOUS if earlier.get("name") == about["name"] else f"{PREVIOUS}/{earlier.get('stem', 'cam')}"
                 stays = {entry["file"] for entry in kept} | (set(made) if place == PREVIOUS else set())
                 aside = [(entry["file"], place) for entry in ours if entry["file"] not in stays]
-                aside += self._foreign({*made, *(() if earlier else (MANIFEST,))} - {entry["file"] for entry in ours})
-                if (MANIFEST, PREVIOUS) in aside:
-                    _move(self.folder / MANIFEST, self.folder / PREVIOUS, None)
+                own = self.manifest
+                aside += self._foreign({*made, *(() if earlier else (own,))} - {entry["file"] for entry in ours})
+                if (own, PREVIOUS) in aside:
+                    _move(self.folder / own, self.folder / PREVIOUS, None)
                 journal = {"staged": self.staged.name, "aside": aside, "earlier": earlier}
                 manifest = {"state": REPLACING, **about, "design": design, "files": files, **journal}
-                _replace_json(self.folder, manifest)
+                _replace_json(self.folder, manifest, own)
                 self._begun = True
-                self._carry_through(manifest)
+                self._carry_through(manifest, own)
         except OSError as error:
             raise export_error(self.folder, error) from error
         return [name for name, _ in aside]
@@ -140,15 +146,15 @@ class RunFolder:
         places = {name: self.folder / name for name in sorted(names)}
         return [(name, PREVIOUS) for name, at in places.items() if os.path.lexists(at) and not at.is_symlink()]
 
-    def _carry_through(self, manifest: dict[str, Any]) -> None:
-        """Move and rename what a manifest in the state "being replaced" still has to; nothing for another."""
+    def _carry_through(self, manifest: dict[str, Any], own: str) -> None:
+        """Move and rename what a manifest, by its name, in the state "being replaced" still has to; else nothing."""
         if manifest.get("state") != REPLACING:
             return
         staged, new = self.folder / manifest["staged"], {entry["file"] for entry in manifest["files"]}
         known = {entry["file"]: entry for entry in manifest["earlier"].get("files", [])}
         for name, place in manifest["aside"]:
             # What has been renamed into its place already is the new one.
-            if name != MANIFEST and (name not in new or (staged / name).exists()):
+            if name != own and (name not in new or (staged / name).exists()):
                 told = {key: manifest["earlier"].get(key) for key in ("name", "version", "design")}
                 _move(self.folder / name, self.folder / place, {**known[name], **told} if name in known else None)
         for name in new:
@@ -157,21 +163,32 @@ class RunFolder:
         _sync(self.folder)
         files = [entry for entry in manifest["files"] if (self.folder / entry["file"]).exists()]
         done = {key: value for key, value in manifest.items() if key not in ("staged", "aside", "earlier")}
-        _replace_json(self.folder, {**done, "state": COMPLETE, "files": files})
+        _replace_json(self.folder, {**done, "state": COMPLETE, "files": files}, own)
         self._begun = False
 
     def _clear(self) -> None:
         """Carry through what a killed run had begun, and drop what dead runs left behind."""
-        self._carry_through(read_manifest(self.folder))
+        for own in MANIFESTS:
+            self._carry_through(read_manifest(self.folder, own), own)
         for place in self.folder.iterdir():
             if _STAGED.fullmatch(place.name) and place.is_dir() and (lock := _hold(place)) is not None:
                 shutil.rmtree(place, ignore_errors=True)
                 os.close(lock)
 
 
-def read_manifest(folder: Path) -> dict[str, Any]:
-    """The manifest of a folder; empty where there is none, or what has its name is none of camgeom's."""
-    path = folder / MANIFEST
+@contextmanager
+def results(folder: Path, manifest: str) -> Iterator[RunFolder]:
+    """The folder of a study or a search; what cannot be written is told as of its place there."""
+    with RunFolder(folder, manifest) as place:
+        try:
+            yield place
+        except ExportError as error:
+            raise ExportError(place.shown(str(error))) from error
+
+
+def read_manifest(folder: Path, manifest: str = MANIFEST) -> dict[str, Any]:
+    """A manifest of a folder; empty where there is none, or what has its name is none of camgeom's."""
+    path = folder / manifest
     try:
         if not path.is_file() or path.stat().st_size > _MOST:
             return {}
@@ -187,9 +204,9 @@ def read_manifest(folder: Path) -> dict[str, Any]:
         return {}
 
 
-def _replace_json(folder: Path, data: dict[str, Any]) -> None:
-    """Replace the manifest of a folder in one step."""
-    write_whole(folder / MANIFEST, json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False) + "\n")
+def _replace_json(folder: Path, data: dict[str, Any], manifest: str = MANIFEST) -> None:
+    """Replace a manifest of a folder in one step."""
+    write_whole(folder / manifest, json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False) + "\n")
     _sync(folder)
 
 

@@ -269,6 +269,31 @@ def test_every_member_that_the_command_shows_passes_the_exact_checks(
     assert "https://" not in page
 
 
+@pytest.mark.usefixtures("_pymoo")
+def test_members_of_an_earlier_search_do_not_stand_beside_those_of_a_new_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    command = ["optimise", str(disc(tmp_path)), *OPTIMISE, "--points", "256", "--members", "3", "--out", str(out)]
+
+    def there() -> set[str]:
+        capsys.readouterr()
+        return {str(file.relative_to(out)) for file in out.rglob("*") if file.suffix in (".toml", ".html")}
+
+    assert main(command) == 0
+    members = {path.name for path in (out / "front").glob("*.toml")}
+    first = there()
+    assert first == {"chosen.toml", "front.html", *(f"front/{name}" for name in members)}
+    assert len(members) > 1
+    assert main(command) == 0
+    assert there() == first, "the same search again replaces its files"
+    assert main([*command, "--under", "size=1"]) == 1
+    aside = {"previous/chosen.toml", *(f"front/previous/{name}" for name in members)}
+    assert there() == {"front.html"} | aside
+    assert main([*command, "--members", "1"]) == 0
+    assert there() == {"chosen.toml", "front.html", "front/01.toml"} | aside
+
+
 def test_tied_keys_follow_the_free_ones() -> None:
     follower = tie("cam.groove_depth=0.5*roller.diameter+cam.length/60")
     requirement = Requirement(DATA, "", KEYS, (Aim("size", 1.0),), (), (follower,))

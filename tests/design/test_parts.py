@@ -167,6 +167,32 @@ def test_a_part_that_cannot_be_written_is_told(tmp_path: Path) -> None:
         parts.write(range(1), {"n": [1]})
 
 
+def test_a_finished_study_stays_until_another_profiles_takes_the_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+
+    def study(text: str, *more: str) -> set[str]:
+        Path("small.toml").write_text(text)
+        command = ["study", "small.toml", "--vary", "cam.diameter=80,90", "--only", "motion,flank", "--jobs", "1"]
+        assert main([*command, "--out", "out", *more]) == 0
+        capsys.readouterr()
+        return {str(path.relative_to("out")) for path in Path("out").rglob("study.*")}
+
+    assert study(TEXT, "--parquet") == {"study.parquet", "study.html"}
+    first = Path("out/study.parquet").read_bytes()
+    assert study(TEXT, "--parquet") == {"study.parquet", "study.html"}
+    assert study(TEXT) == {"study.csv", "study.parquet", "study.html"}
+    assert Path("out/study.parquet").read_bytes() == first
+    other = TEXT.replace('name = "', 'name = "other ')
+    assert other != TEXT
+    there = study(other, "--parquet")
+    moved = {name for name in there if name.startswith("previous/")}
+    assert there - moved == {"study.parquet", "study.html"}
+    assert {Path(name).name for name in moved} == {"study.csv", "study.parquet", "study.html"}
+    assert first in [Path("out", name).read_bytes() for name in moved]
+
+
 def test_json_and_page_of_a_parquet_study(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -266,6 +266,24 @@ def test_a_figure_that_is_named_brings_its_product(tmp_path: Path, capsys: pytes
     assert thin["solid.mass_kg"] / thick["solid.mass_kg"] == pytest.approx(13.0 / 14.0, rel=1e-6)
 
 
+@pytest.mark.parametrize("batch", [[], ["--batch"]], ids=["exact", "batch"])
+def test_files_of_another_profiles_study_move_away_and_those_of_the_same_are_replaced(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], batch: list[str]
+) -> None:
+    out = tmp_path / "out"
+    for name in ("one", "one", "two"):
+        profile = tmp_path / f"{name}.toml"
+        profile.write_text(rising_disc())
+        command = ["study", str(profile), "--vary", "cam.width=13,14", "--out", str(out), "--jobs", "1", *batch]
+        assert main([*command, "--figures", "blank.volume_mm3"]) in (0, 1)
+        there = {str(path.relative_to(out)) for path in out.rglob("*") if path.is_file() and path.suffix != ".json"}
+        mine = {"study.csv", "study.html"}
+        assert there == (mine if name == "one" else mine | {f"previous/one/{file}" for file in mine})
+    assert (out / "previous/one/study.csv").read_text() == (out / "study.csv").read_text()
+    assert "one" in (out / "previous/one/study.html").read_text()
+    capsys.readouterr()
+
+
 def test_a_figure_that_no_variant_has_is_refused_before_the_others_are_computed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

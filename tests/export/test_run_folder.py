@@ -12,7 +12,7 @@ import pytest
 
 from camgeom.errors import ExportError
 from camgeom.export import folder as rooms
-from camgeom.export.folder import RunFolder, read_manifest
+from camgeom.export.folder import FRONT, MANIFEST, STUDY, RunFolder, read_manifest, results
 
 ABOUT = {"name": "cam one", "stem": "cam-one", "command": "run", "version": "1", "tolerance_mm": 0.01}
 
@@ -146,8 +146,12 @@ class Killed(BaseException):
 
 @pytest.mark.parametrize("moment", MOMENTS)
 @pytest.mark.parametrize("other", [False, True], ids=["same profile", "another"])
-def test_stopped_between_the_renames(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: int, other: bool) -> None:
-    """At every rename: the manifest tells which files belong together, and the next run carries the set through."""
+@pytest.mark.parametrize("following", [MANIFEST, STUDY])
+def test_stopped_between_the_renames(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: int, other: bool, following: str
+) -> None:
+    """At every rename: the manifest tells which files belong together, and the next run carries the set through; so
+    does a study in the same folder."""
     run(tmp_path, {"result.txt": "old result", "left.txt": "old left"})
     (tmp_path / "two.txt").write_text("mine")
     count, replace = [0], Path.replace
@@ -174,7 +178,7 @@ def test_stopped_between_the_renames(tmp_path: Path, monkeypatch: pytest.MonkeyP
     present = {path.name for path in tmp_path.iterdir() if path.is_file() and not path.name.startswith(".")}
     assert present - {"manifest.json", "two.txt"} <= known
     # The next run.
-    with RunFolder(tmp_path):
+    with RunFolder(tmp_path, following):
         pass
     after = told(tmp_path)
     old = (tmp_path / "result.txt").read_text() == "old result"
@@ -186,6 +190,21 @@ def test_stopped_between_the_renames(tmp_path: Path, monkeypatch: pytest.MonkeyP
         place = tmp_path / "previous/cam-one" if other else tmp_path / "previous"
         assert (place / "left.txt").read_text() == "old left"
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".camgeom")]
+
+
+def test_each_command_has_a_set_of_its_own(tmp_path: Path) -> None:
+    run(tmp_path, {"cam.stl": "stl"})
+    for manifest, name in ((STUDY, "study.csv"), (FRONT, "front.html")):
+        with results(tmp_path, manifest) as place:
+            place.path(name).write_text("new")
+            place.close({**ABOUT, "name": "cam two", "stem": "cam-two"}, "b", {name: name}, {name})
+    run(tmp_path, {"cam.stl": "another"}, design="c")
+    assert names(tmp_path) == {"cam.stl", "study.csv", "front.html", MANIFEST, STUDY, FRONT}
+    assert set(told(tmp_path)) == {"cam.stl"}
+    (tmp_path / "study.parquet").mkdir()
+    with pytest.raises(ExportError, match=r"study\.parquet: cannot be written: it is a folder"), \
+            results(tmp_path, STUDY) as place:
+        place.path("study.parquet")
 
 
 @pytest.mark.parametrize(
