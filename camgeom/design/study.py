@@ -143,9 +143,22 @@ PLAY = {"follower.clearance": 1.0, "cam.running_clearance": 0.5}
 """keys of the play that a body is cut with, as shares of the play between two contacts"""
 
 
+SWITCH = {"true": True, "false": False}
+
+
 def replaced(data: Any, path: Sequence[str | int], value: Value, key: str) -> Any:
-    """The data with the value at a path replaced, or added to a table. Raises ProfileError where the path breaks."""
-    return text_module.replaced(data, tuple(path), value, f"--vary {key}")
+    """The data with the value at a path replaced, or added to a table; the words true and false are those of a switch,
+    unless the key holds a text. Raises ProfileError where the path breaks."""
+    switched = SWITCH.get(value, value) if isinstance(value, str) and not isinstance(_at(data, path), str) else value
+    return text_module.replaced(data, tuple(path), switched, f"--vary {key}")
+
+
+def _at(data: Any, path: Sequence[str | int]) -> Any:
+    """What stands at a path, None where nothing does."""
+    for part in path:
+        inside = part in data if isinstance(data, dict) else isinstance(data, tuple) and part in range(len(data))
+        data = data[part] if inside else None
+    return data
 
 
 @final

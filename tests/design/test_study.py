@@ -266,6 +266,19 @@ def test_a_figure_that_is_named_brings_its_product(tmp_path: Path, capsys: pytes
     assert thin["solid.mass_kg"] / thick["solid.mass_kg"] == pytest.approx(13.0 / 14.0, rel=1e-6)
 
 
+def test_the_words_of_a_switch_are_true_and_false(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    vary = ["--vary", "cam.run_out=false,true,no", "--only", "motion", "--out", str(tmp_path), "--jobs", "1", "--json"]
+    assert main(["study", str(PROFILES / "feeder_runout.toml"), *vary]) == 0
+    off, on, word = json.loads(capsys.readouterr().out)["rows"]
+    assert [off["verdict"], on["verdict"], word["verdict"]] == ["pass", "pass", "bad input"]
+    assert [off["cam.run_out"], on["cam.run_out"]] == ["false", "true"]
+    assert "needs true or false (found 'no')" in word["reason"]
+    data = {"cam": {"run_out": False, "note": "off"}, "motion": ({},)}
+    assert replaced(data, ("cam", "run_out"), "true", "cam.run_out")["cam"]["run_out"] is True
+    assert replaced(data, ("cam", "note"), "true", "cam.note")["cam"]["note"] == "true"
+    assert replaced(data, ("motion", 0, "monotone"), "false", "motion[0].monotone")["motion"] == ({"monotone": False},)
+
+
 @pytest.mark.parametrize("batch", [[], ["--batch"]], ids=["exact", "batch"])
 def test_files_of_another_profiles_study_move_away_and_those_of_the_same_are_replaced(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], batch: list[str]
