@@ -61,8 +61,13 @@ def _lines(data: dict[str, Any], found: Inspection) -> list[str]:
     whole = found.of()
     lines = [f"{data['name']} ({data['kind']}): {verdict} of {whole.points} points"]
     place = f"angle {data['angle_deg']:.6f} deg, axial {data['axial_mm']:.6f} mm"
-    if data["fit"] == "travel":
-        place = f"travel {data['translation_mm'][0]:.6f} mm, height {data['axial_mm']:.6f} mm"
+    x, y, z = data["translation_mm"]
+    if data["kind"] == "linear":
+        across = f"across {y:.6f} mm, " if data["fit"] == "rigid" else ""
+        turned = f", angle {data['angle_deg']:.6f} deg" if data["fit"] == "rigid" else ""
+        place = f"travel {x:.6f} mm, {across}height {z:.6f} mm{turned}"
+    elif data["fit"] == "rigid":
+        place += f", x {x:.6f} mm, y {y:.6f} mm"
     if found.undetermined:
         place += f" (the points say nothing about: {', '.join(found.undetermined)})"
     lines.append(f"  best fit: {found.fit}; {place}")

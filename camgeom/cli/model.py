@@ -145,7 +145,7 @@ def _formats(
         try:
             if given is not None and not exporting:
                 if "report" not in products:
-                    raise ExportError("nothing is written here; build and run write files")
+                    raise ExportError(f"nothing is written here; {_writing(arguments.command)}")
                 raise ExportError(f"a report brings along {', '.join(EXTRAS)}; the others come from build and run")
             format_of(name.lower())
         except ExportError as error:
@@ -157,6 +157,13 @@ def _formats(
     if not exporting and given is None and not (arguments.command == "check" and only is None):
         return ()
     return tuple(dict.fromkeys(name.lower().lstrip(".") for name in wanted))
+
+
+def _writing(command: str) -> str:
+    """What would write files, where a command writes none."""
+    from camgeom.report.result import COMMANDS
+
+    return "--only leaves out exports" if "exports" in COMMANDS[command] else "build and run write files"
 
 
 def slug(name: str) -> str:

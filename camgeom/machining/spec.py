@@ -150,7 +150,7 @@ class CutterSpec(Section):
         if found:
             return found
         if self.half_angle:
-            found += self._taper_problems(() if _shares(mechanism) else mechanism.tracks)
+            found += self._taper_problems(() if _shares(mechanism) else mechanism.tracks, leaning(mechanism))
         if mechanism.carriage is not None:
             return found + self._planar_problems(True) + self._plate_problems(mechanism)
         if leaning(mechanism):
@@ -168,12 +168,14 @@ class CutterSpec(Section):
         found += self._ring_problems() if mechanism.inside else []
         return [*found, *self._width_problems(tracks), *self._root_problems(tracks)]
 
-    def _taper_problems(self, tracks: tuple[Track, ...]) -> list[Problem]:
+    def _taper_problems(self, tracks: tuple[Track, ...], leaning: bool) -> list[Problem]:
         """A taper lies along the flank of a cone of its own half angle, its axis along the roller's."""
-        angles = sorted({degrees(atan(slope_to_tip(track))) for track in tracks})
-        if angles and angles[-1] - angles[0] > SAME:
+        angles = _half_angles(tracks)
+        if _unequal(angles):
             each = " and ".join(dict.fromkeys(f"{angle:g}" for angle in angles))
-            limit = f"0, or kind = 'roller': one taper does not lie along rollers of unequal half angles, {each} deg"
+            straight = "0 with axis = 'fitted'" if leaning else "0"
+            why = f"one taper does not lie along rollers of unequal half angles, {each} deg"
+            limit = f"{straight}, or kind = 'roller': {why}"
             return [_problem("half_angle", self.half_angle, limit)]
         found = [_problem(key, getattr(self, key), f"{word}, for a taper")
                  for key, word in (("path", "flank"), ("axis", "roller")) if getattr(self, key) != word]  # fmt: skip
@@ -193,7 +195,8 @@ class CutterSpec(Section):
             found.append(_problem("contact", self.contact, "rim on a disc"))
         if self.kind in ("flat", "wheel") and not self.half_angle:
             if not leaning:
-                other = " (or a half_angle as the roller's)" if self.kind == "flat" else ""
+                tapered = self.kind == "flat" and not _unequal(_half_angles(tracks))
+                other = " (or a half_angle as the roller's)" if tapered else ""
                 limit = f"fitted{other}: along Z it does not lie on a flank that leans"
                 found.append(_problem("axis", self.axis, limit))
             if self.path != "flank":
@@ -309,3 +312,13 @@ def _shares(mechanism: Mechanism) -> bool:
 
 def _problem(key: str, value: object, allowed: str) -> Problem:
     return Problem(f"cutter.{key}", "cannot be made so", value, allowed)
+
+
+def _half_angles(tracks: tuple[Track, ...]) -> list[float]:
+    """Of the rollers of these tracks, deg, rising: what a taper for each would have."""
+    return sorted({degrees(atan(slope_to_tip(track))) for track in tracks})
+
+
+def _unequal(angles: list[float]) -> bool:
+    """Whether no one taper lies along all rollers of these half angles, rising."""
+    return bool(angles) and angles[-1] - angles[0] > SAME

@@ -300,7 +300,9 @@ def test_formats_known_without_their_writers_have_one() -> None:
 
 
 def test_formats_mean_nothing_to_a_command_that_writes_none(profile: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "nothing is written here" in refused(capsys, "check", profile, "--formats", "stl")
+    assert "nothing is written here; build and run write" in refused(capsys, "check", profile, "--formats", "stl")
+    only = refused(capsys, "run", profile, "--only", "checks", "--formats", "stl")
+    assert "nothing is written here; --only leaves out exports" in only
     profile.write_text(GOOD.replace('"stl"', '"assembly.step"'))
     assert run(capsys, "check", profile, "--only", "continuity")[0] == 0
 

@@ -400,3 +400,8 @@ def test_the_text_tells_how_far_a_plate_was_shifted(tmp_path: Path, capsys: pyte
     file.write_text("x,y,z\n" + "\n".join(",".join(map(repr, row)) for row in rows.tolist()))
     assert main(["inspect", str(PROFILES / "linear_groove.toml"), str(file)]) == 0
     assert "best fit: travel; travel -0.030000 mm" in capsys.readouterr().out
+    assert main(["inspect", str(PROFILES / "linear_groove.toml"), str(file), "--fit", "rigid", "--json"]) == 0
+    (x, y, z), angle = (lambda told: (told["translation_mm"], told["angle_deg"]))(json.loads(capsys.readouterr().out))
+    assert main(["inspect", str(PROFILES / "linear_groove.toml"), str(file), "--fit", "rigid"]) == 0
+    told = f"rigid; travel {x:.6f} mm, across {y:.6f} mm, height {z:.6f} mm, angle {angle:.6f} deg"
+    assert told in capsys.readouterr().out

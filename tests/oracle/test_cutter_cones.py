@@ -192,8 +192,11 @@ def test_what_no_tool_does_is_named(tmp_path: Path) -> None:
         unequal["return_roller"] = unequal["return_roller"] | {"half_angle": other}
         if not other:
             unequal["return_roller"] = {"diameter": 28.0, "length": 14.0}
-        with pytest.raises(ProfileError, match=rf"half_angle.*unequal half angles, {min(other, 6.0):g} and .* deg"):
+        fitted = "0 with axis = 'fitted', or kind = 'roller'"
+        with pytest.raises(ProfileError, match=rf"half_angle.*{fitted}.* half angles, {min(other, 6.0):g} and .* deg"):
             from_data(unequal)
+    with pytest.raises(ProfileError, match=r"cutter.axis.*allowed: fitted: along Z"):
+        from_data(pair | {"cutter": {"kind": "flat", "diameter": 20.0}})
     for keys in ({}, {"kind": "flat", "diameter": 20.0, "axis": "fitted"}):
         assert Model(from_data(pair | {"cutter": keys})).machining
     equal = pair | {"return_roller": pair["return_roller"] | {"half_angle": 6.0}}
