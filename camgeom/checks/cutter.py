@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from camgeom.checks import check
 from camgeom.checks.verdict import Finding, NotJudged, judged
-from camgeom.errors import DesignError
+from camgeom.errors import DesignError, NotConverged
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -18,25 +18,30 @@ if TYPE_CHECKING:
 def gouge(model: Model) -> Iterable[Finding | NotJudged]:
     """Deepest cut of the tool into a finished flank, against `cutter.gouge_limit`; a tool that does not fit fails."""
     outcome = model.machined
-    least, spec = outcome.least, outcome.machining.spec
-    value = 0.0 if outcome.certain or least is None else max(0.0, -least.value)
+    spec, about = outcome.machining.spec, outcome.machining.tool.about
     if mouth := outcome.mouth():
         yield judged(
             "gouge", mouth, "<=", spec.gouge_limit, "mm",
             "the tool is thicker below than the groove's mouth, into which it plunges: open the groove at an end "
             "(run_out), or use a smaller tool or a longer cutter.lead",
-            where=f"mouth, {outcome.machining.tool.about}",
+            where=f"mouth, {about}",
         )  # fmt: skip
-    if (profile := outcome.into_profile) is not None:
-        yield judged(
-            "gouge", profile[0], "<=", spec.gouge_limit, "mm", "use a smaller tool", cam_angle=profile[1],
-            where=f"profile, {outcome.machining.tool.about}",
-        )  # fmt: skip
+    try:
+        profile, flank = outcome.into_profile, outcome.into_flank
+    except NotConverged as reason:
+        yield NotJudged("gouge", str(reason))
         return
-    yield judged(
-        "gouge", value, "<=", spec.gouge_limit, "mm", outcome.advice if value > spec.gouge_limit else "",
-        cam_angle=least.cam_angle if least is not None and value else None, where=outcome.machining.tool.about,
-    )  # fmt: skip
+    if profile is not None:
+        yield judged(
+            "gouge", max(0.0, profile.deep), "<=", spec.gouge_limit, "mm",
+            profile.advice(spec.gouge_limit, "use a smaller tool"),
+            cam_angle=profile.cam_angle if profile.deep > 0.0 else None, where=f"profile, {about}",
+        )  # fmt: skip
+    if profile is None or outcome.machining.tracks:
+        yield judged(
+            "gouge", max(0.0, flank.deep), "<=", spec.gouge_limit, "mm", flank.advice(spec.gouge_limit, outcome.advice),
+            cam_angle=flank.cam_angle if flank.deep > 0.0 else None, where=about,
+        )  # fmt: skip
 
 
 @check("angle-head", "cutter")
@@ -66,7 +71,8 @@ def angle_head(model: Model) -> Iterable[Finding | NotJudged]:
 def stock_left(model: Model) -> Iterable[Finding | NotJudged]:
     """What the tool leaves on a flank beyond the allowance, where a follower touches it, against the flank's form.
 
-    A flank may stand proud by as much as it may be cut into, `cutter.gouge_limit`, or by the ridges of a ball.
+    A flank may stand proud by as much as it may be cut into, `cutter.gouge_limit`, or by the ridges of a ball. The
+    chords of the path leave stock in hollows, as they cut into bulges; where an allowance is ground off, that goes too.
     """
     try:
         outcome = model.machined
@@ -84,12 +90,25 @@ def stock_left(model: Model) -> Iterable[Finding | NotJudged]:
             f"{0.5 * standing:.6g} mm at least",
             where=f"standing between the passes, {outcome.machining.tool.about}", worst="warn",
         )  # fmt: skip
-    if most is None:
+    try:
+        sag, on_profile = outcome.sag, outcome.sag_on_profile
+    except NotConverged as reason:
+        yield NotJudged("stock-left", str(reason))
         return
-    limit = max(spec.gouge_limit, spec.scallop + spec.tolerance if spec.kind == "ball" else 0.0)
+    chords, coarse = 0.0 if spec.allowance else sag.left, "use a smaller cutter.tolerance"
+    if outcome.into_profile is not None:
+        yield judged(
+            "stock-left", 0.0 if spec.allowance else on_profile.left, "<=", spec.gouge_limit, "mm", coarse,
+            cam_angle=on_profile.left_at, where=f"profile, beyond the allowance, {outcome.machining.tool.about}",
+        )  # fmt: skip
+        if most is None:
+            return
+    limit = max(spec.gouge_limit, spec.scallop + min(spec.tolerance, spec.gouge_limit) if spec.kind == "ball" else 0.0)
+    proud = 0.0 if most is None else max(0.0, most.value - spec.allowance)
     advice = ("the follower may jam on it: a tool as large as the roller, path = 'flank', a taper of a cone's half "
               "angle, or a smaller ball")  # fmt: skip
     yield judged(
-        "stock-left", max(0.0, most.value - spec.allowance), "<=", limit, "mm", advice, cam_angle=most.cam_angle,
+        "stock-left", proud + chords, "<=", limit, "mm", coarse if proud <= limit else advice,
+        cam_angle=most.cam_angle if most is not None and proud else sag.left_at,
         where=f"beyond the allowance, {outcome.machining.tool.about}",
     )  # fmt: skip

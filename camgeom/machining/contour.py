@@ -7,6 +7,7 @@ from math import degrees, inf
 from typing import final
 
 import numpy as np
+import numpy.typing as npt
 
 from camgeom.errors import DesignError
 from camgeom.immutable import immutable
@@ -14,7 +15,7 @@ from camgeom.machining.path import Positions, round_from
 from camgeom.machining.plan import SHARE
 from camgeom.machining.spec import LEAST
 from camgeom.maths import Floats, distinct
-from camgeom.maths.extremum import piece_grid, refined_maximum
+from camgeom.maths.extremum import bracketed_maximum, piece_grid, refined_maximum
 from camgeom.maths.frozen import cached_property
 from camgeom.track import TURN, Track
 from camgeom.track.outline import Curve, Outline, ParallelOutline, crossing
@@ -25,6 +26,8 @@ CORNER = 1e-6
 HALVINGS = 12
 FOLLOWED = 0.02
 """share of its radius between the places at which a tool is held against the profile"""
+REFINED = 24
+"""blocks, the deepest ones, whose depth is taken from the outline itself"""
 TOUCHING = 1e-6
 """mm; where an arc meets the path the tool touches the profile"""
 BESIDE = 1e-9
@@ -220,26 +223,32 @@ class ContourPath:
 
     def cut(self, places: Floats, radius: float) -> tuple[float, int]:
         """How deep a tool that goes straight from place to place (2, n) cuts into the profile at most, mm (negative: it
-        stays off by that), and before which of them."""
+        stays off by that), and before which of them.
+
+        Looked for in steps of FOLLOWED on arcs between the outline's samples; where it is deepest, on the outline.
+        """
         from scipy.spatial import cKDTree
 
         ways = np.diff(places)
-        parts = np.maximum(1, np.ceil(np.hypot(*ways) / (FOLLOWED * radius))).astype(np.intp)
+        # Even numbers of steps: a chord is deepest at its middle.
+        parts = 2 * np.maximum(1, np.ceil(np.hypot(*ways) / (2.0 * FOLLOWED * radius))).astype(np.intp)
         owner = np.repeat(np.arange(len(parts)), parts)
         share = (np.arange(len(owner)) - (np.cumsum(parts) - parts)[owner]) / parts[owner]
         x = places[:, owner] + share * ways[:, owner]
-        off = np.full(len(owner), inf)
+        found = (-inf, 0)
         for outline in (self.outline, self.other):
             if outline is None:
                 continue
-            line = outline.curve(piece_grid(outline.knots(), PER_TURN)[0]).points
-            near = cKDTree(line.T).query(x.T)[1]
-            for end in (near - 1, (near + 1) % line.shape[1]):
-                along, to = line[:, end] - line[:, near], x - line[:, near]
-                at = np.clip((along * to).sum(axis=0) / np.maximum((along * along).sum(axis=0), 1e-300), 0.0, 1.0)
-                off = np.minimum(off, np.hypot(*(to - at * along)))
-        worst = int(np.argmin(off))
-        return radius - float(off[worst]), int(owner[worst]) + 1
+            phi, piece = piece_grid(outline.knots(), PER_TURN)
+            arcs = _Arcs(outline.curve(phi), piece)
+            near = np.asarray(cKDTree(arcs.curve.points.T).query(x.T)[1])
+            off = arcs.distance(x, near)
+            begin = np.cumsum(parts) - parts
+            blocks = np.argsort(np.minimum.reduceat(off, begin))[:REFINED]
+            at = [begin[i] + int(np.argmin(off[begin[i] : begin[i] + parts[i]])) for i in blocks]
+            value, block = _nearest(outline, places, blocks, phi[near[at]])
+            found = max(found, (radius - value, block + 1))
+        return found
 
     def with_lead(self, wanted: float | None, radius: float) -> ContourPath:
         """The path with room for an arc in and out that stays off the profile.
@@ -270,3 +279,50 @@ class ContourPath:
             if least < self.reach - TOUCHING:
                 return False
         return True
+
+
+@final
+@immutable
+class _Arcs:
+    """A closed outline between its samples (n,), whose smooth pieces are numbered: arcs of the curvature there."""
+
+    curve: Curve
+    piece: npt.NDArray[np.int64]
+
+    def distance(self, x: Floats, near: npt.NDArray[np.intp]) -> Floats:
+        """Distance (m,), mm, of points (2, m) from the arcs on either side of the samples next to them (m,)."""
+        first = np.flatnonzero(self.piece[1:] == self.piece[:-1])
+        low, way = self.curve.points[:, first], self.curve.points[:, first + 1] - self.curve.points[:, first]
+        square = np.maximum((way * way).sum(axis=0), 1e-300)
+        bend = self.curve.curvature[first], self.curve.curvature[first + 1]
+        outward = self.curve.normals[:, first]
+        after = (near - self.piece[near]) % len(first)
+        off = np.full(x.shape[1], inf)
+        for arc in (after - 1, after):
+            to = x - low[:, arc]
+            along = np.clip((way[:, arc] * to).sum(axis=0) / square[arc], 0.0, 1.0)
+            # Of a curvature that changes evenly along the arc.
+            mean = (bend[0][arc] * (2.0 - along) + bend[1][arc] * (1.0 + along)) / 3.0
+            bulge = 0.5 * square[arc] * along * (1.0 - along) * mean
+            side = np.where((to * outward[:, arc]).sum(axis=0) > 0.0, 1.0, -1.0)
+            off = np.minimum(off, np.hypot(*(to - along * way[:, arc])) - side * bulge)
+        return off
+
+
+def _nearest(outline: Outline, places: Floats, blocks: npt.NDArray[np.intp], phi: Floats) -> tuple[float, int]:
+    """Least distance, mm, of straight ways from an outline, and which way that is.
+
+    blocks  (k,) numbers of the ways, from place to place (2, n); phi: (k,) of the samples that they come nearest to
+    """
+    begin, way = places[:, blocks, None], (places[:, blocks + 1] - places[:, blocks])[..., None]
+    square = np.maximum((way * way).sum(axis=0), 1e-300)
+
+    def inside(at: Floats) -> Floats:
+        to = outline.curve(np.mod(at, TURN).ravel()).points.reshape(2, *at.shape) - begin
+        along = np.clip((to * way).sum(axis=0) / square, 0.0, 1.0)
+        return np.asarray(-np.hypot(*(to - along * way)))
+
+    step = TURN / PER_TURN
+    found, _ = bracketed_maximum(inside, phi - step, phi + step, least=-inf)
+    best = int(np.argmax(found))
+    return -float(found[best]), int(blocks[best])

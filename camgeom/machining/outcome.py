@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from math import degrees, inf
 from typing import Any, final
 
 import numpy as np
 
-from camgeom.errors import DesignError
+from camgeom.errors import DesignError, NotConverged
 from camgeom.immutable import immutable
 from camgeom.machining.contour import ContourPath
 from camgeom.machining.path import AlongTrack, CentrePath, FlankPath, ToolPath
-from camgeom.machining.plan import Machining, seconds
+from camgeom.machining.plan import Machining, Sag, seconds
 from camgeom.machining.plate import PlatePath
 from camgeom.machining.rest import RestExtreme, RestField, extreme_of
 from camgeom.machining.rows import RowPath
@@ -23,8 +24,22 @@ from camgeom.track import Straight, Track
 from camgeom.track.runout import Within
 
 ROWS_LOOKED_AT = 3
-ROUNDING = 1e-6
-"""share of a path's size below which a cut into a profile is the sag of the straight pieces it is looked for on"""
+
+
+@immutable(eq=True)
+class Cut:
+    """A deepest cut into a finished flank, mm (negative: so much stock is left), its cam angle, rad, and by how much
+    the chords of the path alone may cut, mm."""
+
+    deep: float
+    cam_angle: float
+    chords: float
+
+    def advice(self, limit: float, other: str) -> str:
+        """What to do against a cut deeper than the limit, mm; nothing within it."""
+        if self.deep <= limit:
+            return ""
+        return "use a smaller cutter.tolerance" if self.deep - self.chords <= limit else other
 
 
 @final
@@ -104,10 +119,10 @@ class Outcome:
         return extreme_of(fields, -1.0)
 
     @cached_property
-    def into_profile(self) -> tuple[float, float] | None:
-        """Deepest cut of a tool into a profile that it runs round, mm, beyond what its chords take, and the cam angle;
-        None without a cut."""
-        found = (0.0, 0.0)
+    def into_profile(self) -> Cut | None:
+        """Deepest cut of the straight ways between blocks into a profile that a tool runs round, the ways in and out
+        among them; None where there is no profile."""
+        found = []
         for path, tool in zip(self.machining.paths, self.machining.tools):
             laid = path.along if isinstance(path, PlatePath) else path
             if not isinstance(laid, ContourPath):
@@ -116,30 +131,68 @@ class Outcome:
             moves = [move.positions for move in made.moves if move.kind != "rapid"]
             places = np.concatenate([one.tip[:2] for one in moves], axis=1)
             deep, at = laid.cut(places, tool.radius)
-            deep -= made.chord_error
-            if deep > max(found[0], ROUNDING * float(np.abs(places).max())):
-                found = deep, float(np.concatenate([one.phi for one in moves])[at])
-        return found if found[0] else None
+            found.append(Cut(deep, float(np.concatenate([one.phi for one in moves])[at]), made.chord_error))
+        if found:
+            sag = self.sag_on_profile
+            found.append(Cut(sag.cut - self.machining.spec.allowance, sag.cut_at, sag.cut))
+        return max(found, key=lambda one: one.deep, default=None)
+
+    @cached_property
+    def into_flank(self) -> Cut:
+        """Deepest cut into a flank along a roller's track: of the exact path, and of its chords beyond that."""
+        least, sag = self.least, self.sag
+        if least is None:
+            return Cut(sag.cut - self.machining.spec.allowance, sag.cut_at, sag.cut)
+        return Cut(sag.cut - least.value, least.cam_angle if least.value < 0.0 else sag.cut_at, sag.cut)
+
+    @cached_property
+    def sag(self) -> Sag:
+        """What the chords of the passes along tracks, or down the middle of a plate's groove, do to the flanks."""
+        stock = self.machining.spec.allowance
+        least, most = (stock if one is None else one.value for one in (self.least, self.most))
+        return self._sag(False, -least, most - stock)
+
+    @cached_property
+    def sag_on_profile(self) -> Sag:
+        """What the chords of the passes round profiles do to them."""
+        return self._sag(True, -self.machining.spec.allowance, 0.0)
+
+    def _sag(self, contours: bool, cut: float, left: float) -> Sag:
+        """Of the CL data; of the G-code too, whose chords are others, where those may yet break the limit.
+
+        cut, left  mm, of the exact path
+        """
+        machining, limit, most = self.machining, self.machining.spec.gouge_limit, self.machining.spec.tolerance
+        paths = [p for p in machining.paths if _is_contour(p) == contours and not isinstance(p, RowPath)]
+        for rows in () if contours else machining.rows:
+            paths += dict.fromkeys(rows.paths[k] for k in (0, len(rows.paths) // 2, -1))
+        found = Sag.worst([machining.sag(path) for path in paths])
+        if cut + found.cut <= limit < cut + most or left + found.left <= limit < left + most:
+            with suppress(DesignError, NotConverged):  # The machine's axes may not hold the tool.
+                found = Sag.worst([found, *(machining.sag(path, "machine") for path in paths)])
+        return found
 
     def refuse_gouges(self) -> None:
         """Raise DesignError where the tool cuts deeper into a finished flank than spec.gouge_limit allows."""
-        if (profile := self.into_profile) is not None and profile[0] > self.machining.spec.gouge_limit + SAME:
+        limit, about = self.machining.spec.gouge_limit, self.machining.tool.about
+        if (profile := self.into_profile) is not None and profile.deep > limit + SAME:
             raise DesignError(
-                f"the {self.machining.tool.about} cuts {profile[0]:.4g} mm into the profile at cam angle "
-                f"{degrees(profile[1]) % 360.0:.6g} deg (cutter.gouge_limit {self.machining.spec.gouge_limit:g} mm); "
-                "use a smaller tool"
+                f"the {about} cuts {profile.deep:.4g} mm into the profile at cam angle "
+                f"{degrees(profile.cam_angle) % 360.0:.6g} deg (cutter.gouge_limit {limit:g} mm); "
+                f"{profile.advice(limit, 'use a smaller tool')}"
             )
-        if self.certain:
+        if self.certain and self.machining.spec.tolerance <= limit:
             return
-        least, limit = self.least, self.machining.spec.gouge_limit
-        if least is not None and least.value < -limit - SAME:
-            wall = self._wall(least)
+        flank, least = self.into_flank, self.least
+        if flank.deep > limit + SAME:
+            wall = "the flank" if least is None else self._wall(least)
             # A point inside a thin wheel is near one of its sides: the wall loses more than that.
             size = "at least " if self.machining.tool.kind == "disc" else ""
+            along = "" if least is None or least.value >= 0.0 else f", {least.delta:.6g} mm along the roller"
             raise DesignError(
-                f"the {self.machining.tool.about} cuts {size}{-least.value:.4g} mm into {wall} at cam angle "
-                f"{degrees(least.cam_angle) % 360.0:.6g} deg, {least.delta:.6g} mm along the roller "
-                f"(cutter.gouge_limit {limit:g} mm); {self.advice}"
+                f"the {about} cuts {size}{flank.deep:.4g} mm into {wall} at cam angle "
+                f"{degrees(flank.cam_angle) % 360.0:.6g} deg{along} "
+                f"(cutter.gouge_limit {limit:g} mm); {flank.advice(limit, self.advice)}"
             )
 
     def _wall(self, least: RestExtreme) -> str:
@@ -225,9 +278,10 @@ class Outcome:
             data |= {} if spec.length is None else {"head_left_mm": machining.room.length - spec.length}
         data |= {"standing_mm": machining.standing} if machining.standing else {}
         data |= {"largest_tool_diameter_mm": self._largest_tool}
+        profile = self.into_profile
         if not machining.tracks:  # a contour leaves the stock asked for
-            least = spec.allowance if self.into_profile is None else -self.into_profile[0]
-            return data | {"least_rest_mm": least, "most_rest_mm": spec.allowance}
+            cut, sag = (self.into_flank, self.sag) if profile is None else (profile, self.sag_on_profile)
+            return data | {"least_rest_mm": -cut.deep, "most_rest_mm": spec.allowance + sag.left}
         data |= self.least.data("least_rest") if self.least else {}
         data |= self.most.data("most_rest") if self.most else {}
         if mouth := self.mouth():
@@ -281,3 +335,7 @@ class Outcome:
 
 def _cylinder(track: Track) -> bool:
     return isinstance(track.meridian, Straight) and track.meridian.slope == 0.0
+
+
+def _is_contour(path: ToolPath) -> bool:
+    return isinstance(path.along if isinstance(path, PlatePath) else path, ContourPath)

@@ -6,7 +6,7 @@ A tool comes down beside the flank (or in the middle of the groove), goes in on 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field, replace
 from math import sqrt
 from typing import Literal, final
@@ -105,6 +105,8 @@ WIDEST = np.radians(30.0)
 """largest rotation of one block: controls that take the shorter way round must not turn back"""
 SHARES = (0.25, 0.5, 0.75)
 """where along a block the chord is measured"""
+FINER = 33
+"""shares at which the sag of a chord is looked for, from what was measured"""
 PER_TURN = 360
 """samples of a path before its extremes are refined"""
 TRANSFER = np.radians(5.0)
@@ -165,6 +167,25 @@ class Pass:
 
 @final
 @immutable
+class Sag:
+    """What the chords of a path do to its flanks, mm: how deep they cut at most, and how much they leave; each with
+    the cam angle, rad."""
+
+    cut: float = 0.0
+    cut_at: float = 0.0
+    left: float = 0.0
+    left_at: float = 0.0
+
+    @classmethod
+    def worst(cls, found: Sequence[Sag]) -> Sag:
+        """The most of each."""
+        cut = max(found, key=lambda one: one.cut, default=cls())
+        left = max(found, key=lambda one: one.left, default=cls())
+        return cls(cut.cut, cut.cut_at, left.left, left.left_at)
+
+
+@final
+@immutable
 class Hollow:
     """The room within a ring that a tool works from: its radius, and heights z from the web to the upper end, mm."""
 
@@ -208,7 +229,7 @@ class Machining:
     rows: tuple[Rows, ...] = ()
     hollow: Hollow | None = None
     assumed: bool = False
-    _shared: dict[tuple[Space, int], tuple[Floats, float]] = field(default_factory=dict)
+    _shared: dict[tuple[Space, int | ToolPath], tuple[Floats, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Raises DesignError where the wanted arc in and out, cutter.lead, does not fit beside a flank."""
@@ -295,14 +316,36 @@ class Machining:
 
     def _blocks(self, path: ToolPath, space: Space) -> tuple[Floats, float]:
         """Cam angles of a pass's blocks and their chord error; rows of one flank share them."""
-        knots = divided_knots(path.knots())
-        if not isinstance(path, RowPath):
-            return spaced(self._chords((path,), space), knots, self.spec.tolerance)
-        key = (space, path.group)
+        rows = path.group if isinstance(path, RowPath) else None
+        key = (space, path if rows is None else rows)
         if key not in self._shared:
-            chords = self._chords_of_rows(path.group, space)
-            self._shared[key] = spaced(chords, knots, self.spec.tolerance)
+            chords = self._chords((path,), space) if rows is None else self._chords_of_rows(rows, space)
+            self._shared[key] = spaced(chords, divided_knots(path.knots()), self.spec.tolerance)
         return self._shared[key]
+
+    def sag(self, path: ToolPath, space: Space = "cam") -> Sag:
+        """By how much the chords of a path's blocks, as `passes` has them, are off along the flanks' normals: of a tool
+        whose side works, at both ends of the cut."""
+        phi, _ = self._blocks(path, space)
+        chords, lever, share = self._chords((path,), space), self._lever((path,)), np.array(SHARES)[:, None]
+        at = path.at(((1.0 - share) * phi[:-1] + share * phi[1:]).ravel())
+        ends = chords.curve(phi)
+        mixed = (1.0 - share) * ends[:, None, :-1] + share * ends[:, None, 1:]
+        off = chords.locate(mixed.reshape(len(ends), -1)) - np.stack([at.tip, at.tip + lever * at.axis])
+        chord = np.tile(np.diff(chords.locate(ends)), len(share))
+        square = np.maximum((chord**2).sum(axis=1, keepdims=True), 1e-300)
+        off -= (off * chord).sum(axis=1, keepdims=True) / square * chord
+        moved, turned, to = off[0], (off[1] - off[0]) / lever, at.contacts - at.tip
+        # The tool turns about its end as its axis does, (axis x turned) x to.
+        own = (at.normals * moved).sum(axis=1) - (at.normals * at.axis).sum(axis=1) * (to * turned).sum(axis=1)
+        beside = self._tool_of(path).kind != "disc" and not isinstance(path, RowPath)
+        leant = (at.normals * turned).sum(axis=1)
+        deep = [own + place * leant for place in ((0.0, path.height) if beside else ((to * at.axis).sum(axis=1),))]
+        found = _between(np.concatenate(deep).reshape(-1, len(share), len(phi) - 1))
+        where = at.phi.reshape(len(share), -1)[1]
+        cut, left = found.max(axis=(0, 1)), -found.min(axis=(0, 1))
+        i, j = int(np.argmax(cut)), int(np.argmax(left))
+        return Sag(max(0.0, float(cut[i])), float(where[i]), max(0.0, float(left[j])), float(where[j]))
 
     def _chords_of_rows(self, group: int, space: Space) -> Chords:
         paths = self.rows[group].paths
@@ -311,7 +354,7 @@ class Machining:
 
     def _chords(self, paths: tuple[ToolPath, ...], space: Space) -> Chords:
         """What a control interpolates on these paths, and the points of the tool whose way counts."""
-        lever = self.tool.radius if self.tool.kind == "disc" else max(path.height for path in paths)
+        lever = self._lever(paths)
         into, back = self._coordinates(space)
 
         def curve(phi: Floats) -> Floats:
@@ -325,6 +368,10 @@ class Machining:
             return np.stack(points)
 
         return Chords(curve, locate)
+
+    def _lever(self, paths: tuple[ToolPath, ...]) -> float:
+        """From the tool's end to the other point of its axis whose way counts, mm."""
+        return self.tool.radius if self.tool.kind == "disc" else max(path.height for path in paths)
 
     def _coordinates(
         self, space: Space
@@ -428,6 +475,14 @@ class Machining:
         tip[:, -1], axes[:, -1] = start.tip[:, 0], start.axis[:, 0]
         phi = last.phi[0] + (start.phi[0] - last.phi[0]) * share
         return replace(start.repeated(count), phi=phi, tip=tip, axis=axes)
+
+
+def _between(values: Floats) -> Floats:
+    """Of values (k, 3, n) at SHARES of chords, which vanish at their ends: those at finer shares (k, m, n)."""
+    share = np.linspace(SHARES[0], SHARES[-1], FINER)[:, None] - 0.5
+    low, middle, high = np.moveaxis(values / np.array([s * (1.0 - s) for s in SHARES])[:, None], 1, 0)[:, :, None]
+    slope, bend = 2.0 * (high - low), 8.0 * (low - 2.0 * middle + high)
+    return np.asarray((0.25 - share * share) * (middle + share * (slope + share * bend)))
 
 
 def _largest(path: ToolPath, of: Callable[[Positions], Floats]) -> float:

@@ -225,20 +225,22 @@ def test_round_a_plate_every_corner_stays(tmp_path: Path, changed: dict[str, Any
     radius = made.machined.machining.tool.radius + changed.get("allowance", 0.0)
     assert len(places) > 100
     assert -0.006 < off_outline(made, np.array(places)) - radius < 0.006
-    assert [one.value for one in said(made, "gouge")] == [0.0]
+    (told,) = said(made, "gouge")
+    assert told.value is not None
+    assert told.value <= 0.000501
 
 
 @pytest.mark.parametrize(("share", "level"), [(1.001, "pass"), (0.999, "fail")])
 def test_a_cut_into_a_profile_is_judged(share: float, level: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a path that is nearer to it than the tool's radius; chords add no more than they are said to."""
+    """Of a path that is nearer to it than the tool's radius, and of its chords, beyond that."""
     found = nearer(built(data_of("linear_edge"))).into_profile
     assert found is not None
-    assert found[0] == pytest.approx(0.05, abs=5e-4)
-    made = built(data_of("linear_edge", cutter__gouge_limit=share * found[0]))
+    assert found.deep == pytest.approx(0.0505, abs=5e-5)
+    made = built(data_of("linear_edge", cutter__gouge_limit=share * found.deep))
     outcome = nearer(made)
     monkeypatch.setitem(vars(made), "machined", outcome)
     (told,) = said(made, "gouge")
-    assert (told.level, told.value) == (level, found[0])
+    assert (told.level, told.value) == (level, found.deep)
     with nullcontext() if level == "pass" else pytest.raises(DesignError, match="into the profile"):
         outcome.refuse_gouges()
 
@@ -250,3 +252,98 @@ def nearer(made: Model) -> Outcome:
     assert isinstance(path, PlatePath)
     assert isinstance(path.along, ContourPath)
     return Outcome(replace(machining, paths=(replace(path, along=replace(path.along, reach=path.along.reach - 0.05)),)))
+
+
+STEEP = """
+[cam]
+kind = "disc"
+base_radius = 320
+width = 12
+bore = 60
+[follower]
+kind = "translating"
+[roller]
+diameter = 20
+length = 10
+[[motion]]
+until = 14
+to = 36
+law = "cycloidal"
+[[motion]]
+until = 180
+[[motion]]
+until = 194
+to = 0
+law = "cycloidal"
+[[motion]]
+until = 360
+"""
+
+
+def chords_against(made: Model) -> tuple[float, float]:
+    """How deep the straight ways of the cutter data of a disc cut into its outline, and how much they leave, mm: of its
+    points half a micron's sag apart."""
+    (path,) = made.machined.machining.paths
+    (run,) = made.machined.machining.passes("cam")
+    places = np.concatenate([one.positions.tip[:2] for one in run.moves if one.kind != "rapid"], axis=1).T
+    knots = path.outline.knots()
+    phi = np.concatenate([np.linspace(a, b, 3000) for a, b in zip(knots, knots[1:])])
+    points = path.outline.curve(phi).points.T
+    off = np.full(len(points), np.inf)
+    for a, b in zip(places, places[1:]):
+        share = np.clip((points - a) @ (b - a) / max((b - a) @ (b - a), 1e-300), 0.0, 1.0)
+        off = np.minimum(off, np.linalg.norm(points - a - share[:, None] * (b - a), axis=1))
+    radius = made.machined.machining.tool.radius
+    return radius - off.min(), off.max() - radius
+
+
+def test_a_large_disc_has_no_gouge_but_its_chords() -> None:
+    """Sags of a polygon of 1440 sides were told as a gouge of 0.00304 mm in its hollows."""
+    made = model(STEEP, kind="flat", diameter=40.0, gouge_limit=0.001)
+    deep, left = chords_against(made)
+    (cut,), (rest,) = said(made, "gouge"), said(made, "stock-left")
+    assert (cut.level, rest.level) == ("pass", "pass")
+    assert cut.value == pytest.approx(deep, abs=2e-6)
+    assert rest.value == pytest.approx(left, abs=2e-6)
+    assert made.machining.paths
+
+
+@pytest.mark.parametrize("tolerance", [0.02, 0.2])
+@pytest.mark.parametrize(("share", "level"), [(1.002, "pass"), (0.999, "fail")])
+def test_chords_of_a_path_are_judged_as_they_cut(tolerance: float, share: float, level: str) -> None:
+    """What the path's chord error is was taken off: with cutter.tolerance = 0.2 a cut of 0.13 mm was told as 0."""
+    keys: dict[str, Any] = {"kind": "flat", "diameter": 40.0, "tolerance": tolerance, "machine": "plain"}
+    deep = chords_against(model(STEEP, **keys))[0]
+    assert 0.5 * tolerance < deep <= 1.001 * tolerance
+    made = model(STEEP, **keys, gouge_limit=share * deep)
+    (told,) = said(made, "gouge")
+    assert (told.level, told.value) == (level, pytest.approx(deep, rel=1e-4))
+    if level == "fail":
+        assert told.advice == "use a smaller cutter.tolerance"
+        with pytest.raises(DesignError, match=r"into the profile .* use a smaller cutter\.tolerance"):
+            made.machining  # noqa: B018
+    stood_off = said(model(STEEP, **keys, allowance=1.1 * tolerance, gouge_limit=0.0), "gouge")[0]
+    assert (stood_off.level, stood_off.value) == ("pass", 0.0)
+
+
+@pytest.mark.parametrize(("share", "level"), [(1.002, "pass"), (0.999, "fail")])
+def test_what_chords_leave_in_hollows_is_stock(share: float, level: str) -> None:
+    keys: dict[str, Any] = {"kind": "flat", "diameter": 40.0, "tolerance": 0.01, "machine": "plain"}
+    left = chords_against(model(STEEP, **keys))[1]
+    (told,) = said(model(STEEP, **keys, gouge_limit=share * left), "stock-left")
+    assert (told.level, told.value) == (level, pytest.approx(left, rel=1e-3))
+    assert ("cutter.tolerance" in told.advice) == (level == "fail")
+    ground = said(model(STEEP, **keys, allowance=0.2), "stock-left")
+    assert [(one.level, one.value) for one in ground] == [("pass", 0.0)]
+
+
+def test_chords_of_the_gcode_count_where_those_of_the_path_keep_the_limit() -> None:
+    """The rotary axis turns the disc along other chords, which cut deeper, or less deep."""
+    keys: dict[str, Any] = {"kind": "flat", "diameter": 40.0}
+    for tolerance in (0.05, 0.1, 0.2):
+        machining = model(STEEP, **keys, tolerance=tolerance).machined.machining
+        cam, turned = (machining.sag(machining.paths[0], space).cut for space in ("cam", "machine"))
+        limit = 1.001 * cam
+        (told,) = said(model(STEEP, **keys, tolerance=tolerance, gouge_limit=limit), "gouge")
+        assert told.value == pytest.approx(max(cam, turned), rel=5e-4)
+        assert told.level == ("pass" if turned <= limit else "fail")
