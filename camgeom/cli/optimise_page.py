@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Sequence
 from itertools import combinations
 from pathlib import Path
@@ -31,6 +32,7 @@ from camgeom.drawing.content import (
     Table,
     Text,
 )
+from camgeom.errors import ExportError
 from camgeom.export.files import write_whole
 from camgeom.export.folder import FRONT, read_manifest, results
 from camgeom.immutable import immutable
@@ -90,12 +92,9 @@ class Told:
         if self.chosen is not None:
             which = f"member {self.chosen + 1}, the balanced one,"
             whole["chosen.toml"] = self._profile(every[self.chosen], which)
-        profiles = self._written(self.folder / "front", members)
-        files = [*profiles, *self._written(self.folder, {**whole, "front.html": render(self.page())})]
-        if profiles:
-            for name, content in self.wanted.study([self.members[0].values], nothing).copies():
-                for place in (self.folder / "front", self.folder):
-                    write_whole(place / name, content)
+        copies = self.wanted.study([self.members[0].values], nothing).copies() if members else ()
+        profiles = self._written(self.folder / "front", members, copies)
+        files = [*profiles, *self._written(self.folder, {**whole, "front.html": render(self.page())}, copies)]
         if as_json:
             console.out(json.dumps(finite(self._data(profiles, files)), indent=2, allow_nan=False))
         else:
@@ -103,14 +102,28 @@ class Told:
                 console.out(line)
         return 0 if self.members else 1
 
-    def _written(self, folder: Path, contents: dict[str, str]) -> list[Path]:
-        """Files that appear together in a folder; those of an earlier search that are none of them move away."""
-        if contents or read_manifest(folder, FRONT):
+    def _written(self, folder: Path, contents: dict[str, str], copies: Sequence[tuple[str, bytes]]) -> list[Path]:
+        """Files that appear together in a folder; those of an earlier search that are none of them move away.
+
+        copies   data files that profiles name, as they are; one that lies there alike and is the user's stays his
+        """
+        earlier = read_manifest(folder, FRONT)
+        if contents or earlier:
+            ours = {entry["file"] for entry in earlier.get("files", ())}
+            data = [one for one in copies if one[0] in ours or not _alike(folder / one[0], one[1])]
+            below = [one for one in data if re.search(r"[\\/]", one[0])]  # no manifest knows of folders
+            for name, content in below:
+                if (folder / name).exists():
+                    raise ExportError(f"{folder / name}: is another file than that of the profile: move it away")
+                write_whole(folder / name, content)
+            data = [one for one in data if one not in below]
             about = {"name": self.name, "stem": slug(self.name), "command": "optimise", "version": __version__}
             with results(folder, FRONT) as place:
-                for name, content in contents.items():
+                for name, text in contents.items():
+                    write_whole(place.path(name), text)
+                for name, content in data:
                     write_whole(place.path(name), content)
-                place.close(about, "", dict.fromkeys(contents, "front"), {"front"})
+                place.close(about, "", dict.fromkeys((*contents, *dict(data)), "front"), {"front"})
         return [folder / name for name in contents]
 
     def _profile(self, data: dict[str, Any], which: str) -> str:
@@ -269,6 +282,14 @@ class Told:
             for i, row in enumerate(self.members, start=1)
         )
         return Table("Members of the front, in the order of the first aim", tuple(heads), rows)
+
+
+def _alike(path: Path, content: bytes) -> bool:
+    """Whether a file of these bytes is there."""
+    try:
+        return path.stat().st_size == len(content) and path.read_bytes() == content
+    except OSError:
+        return False
 
 
 def _near(scores: Floats, seen: Ints, front: Ints) -> Bools:

@@ -62,6 +62,8 @@ class RunFolder:
                     break
                 self._made.append(place)
             self.folder.mkdir(parents=True, exist_ok=True)
+            if os.path.lexists(self.folder / PREVIOUS) and not (self.folder / PREVIOUS).is_dir():
+                raise ExportError(f"{self.folder / PREVIOUS}: is in the way of the folder of earlier files")
             with _alone(self.folder):
                 self._clear()
                 self.staged.mkdir()

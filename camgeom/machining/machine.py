@@ -123,7 +123,7 @@ class Machine:
 
         Raises DesignError where the axes cannot reach a position.
         """
-        if self._below(positions):
+        if self.below(positions):
             return replace(self, sense=-self.sense).solve(positions.turned_over(self.over))
         turn = self._turn(positions)
         tip, axis = _turned(positions.tip, turn), _turned(positions.axis, turn)
@@ -139,7 +139,10 @@ class Machine:
         return np.stack([tip[0], ACROSS_SIGN[self.rotary] * tip[1], tip[2], *rows])
 
     def positions(self, coordinates: Floats) -> tuple[Floats, Floats]:
-        """Tool ends and axes in the cam frame, each (3, n), of machine coordinates (k, n): the way back."""
+        """Tool ends and axes in the cam frame, each (3, n), of machine coordinates (k, n): the way back.
+
+        In the frame of the part as it lies: turned over for a lower face.
+        """
         radial, across, axial = coordinates[0], ACROSS_SIGN[self.rotary] * coordinates[1], coordinates[2]
         n = coordinates.shape[1]
         turn = np.zeros(n)
@@ -156,7 +159,7 @@ class Machine:
         tip = np.stack([radial, across, axial]) - (self.pivot if self.swings else 0.0) * axis
         return _turned(tip, -turn), _turned(axis, -turn)
 
-    def _below(self, positions: Positions) -> bool:
+    def below(self, positions: Positions) -> bool:
         """Whether these are cut from the lower face of a plate."""
         return self.way in ("polar", "plain", "lean") and bool(positions.axis[2, 0] < 0.0)
 

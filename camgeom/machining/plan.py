@@ -329,6 +329,8 @@ class Machining:
         phi, _ = self._blocks(path, space)
         chords, lever, share = self._chords((path,), space), self._lever((path,)), np.array(SHARES)[:, None]
         at = path.at(((1.0 - share) * phi[:-1] + share * phi[1:]).ravel())
+        if space == "machine" and self.machine.below(at):
+            at = at.turned_over(self.machine.over)
         ends = chords.curve(phi)
         mixed = (1.0 - share) * ends[:, None, :-1] + share * ends[:, None, 1:]
         off = chords.locate(mixed.reshape(len(ends), -1)) - np.stack([at.tip, at.tip + lever * at.axis])

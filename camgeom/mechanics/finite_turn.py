@@ -302,7 +302,7 @@ def _nodes(lean: Floats, none: float) -> Floats:
     same = SAME * max(abs(low), abs(high))
     if high - low <= max(same, none):
         return np.array([_stepped(high, same) if abs(high) > none else 0.0])
-    step = 2.0 ** (floor(log2(max(abs(low), abs(high)))) - 1)
+    step = 2.0 ** floor(log2(max(abs(low), abs(high))))
     return np.asarray(step * np.arange(floor(low / step), ceil(high / step) + 1))
 
 

@@ -294,6 +294,38 @@ def test_members_of_an_earlier_search_do_not_stand_beside_those_of_a_new_one(
     assert there() == {"chosen.toml", "front.html", "front/01.toml"} | aside
 
 
+@pytest.mark.usefixtures("_pymoo")
+@pytest.mark.parametrize("alike", [True, False])
+def test_data_files_belong_to_the_search_and_those_of_the_user_are_kept(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], alike: bool
+) -> None:
+    path, out = disc(tmp_path), tmp_path / "out"
+    rise = {"until": 180, "law": "table", "file": "lift.csv", "to": 12.0}
+    moves = (rise, {"until": 360, "law": "3-4-5", "to": 0.0})
+    path.write_text(dump({**read_data(path), "motion": moves}))
+    s = np.linspace(0.0, 1.0, 61)
+    lift = "".join(f"{180 * x!r},{12 * (x - np.sin(2 * np.pi * x) / (2 * np.pi)):.17g}\n" for x in s.tolist())
+    (tmp_path / "lift.csv").write_text(lift)
+    (out / "front").mkdir(parents=True)
+    (out / "lift.csv").write_text(lift if alike else "mine")
+    words = ["--free", "cam.base_radius=34:45", "--least", "size", "--points", "16", "--members", "2"]
+    words += ["--out", str(out)]
+    assert main(["optimise", str(path), *words]) in (0, 1)
+    assert main(["check", str(out / "chosen.toml")]) in (0, 1)
+    assert (out / "lift.csv").read_text() == (out / "front" / "lift.csv").read_text() == lift
+    assert (out / "previous" / "lift.csv").exists() is not alike
+    # Another's search takes them away with the profiles that name them.
+    other = tmp_path / "other.toml"
+    other.write_text(dump({**read_data(disc(tmp_path)), "name": "another"}))
+    assert main(["optimise", str(other), *words]) in (0, 1)
+    assert (out / "lift.csv").exists() is alike
+    assert not (out / "front" / "lift.csv").exists()
+    if not alike:
+        (place,) = (one for one in (out / "previous").iterdir() if one.is_dir())
+        assert main(["check", str(place / "chosen.toml")]) in (0, 1)
+        assert (out / "previous" / "lift.csv").read_text() == "mine"
+
+
 def test_tied_keys_follow_the_free_ones() -> None:
     follower = tie("cam.groove_depth=0.5*roller.diameter+cam.length/60")
     requirement = Requirement(DATA, "", KEYS, (Aim("size", 1.0),), (), (follower,))

@@ -337,6 +337,22 @@ def test_what_chords_leave_in_hollows_is_stock(share: float, level: str) -> None
     assert [(one.level, one.value) for one in ground] == [("pass", 0.0)]
 
 
+@pytest.mark.parametrize("name", ["both_faces_disc", "conical_pair"])
+def test_the_gcode_of_a_part_turned_over_is_judged_as_it_lies(name: str) -> None:
+    """The part as it lies was held against the part as it was: a gouge of 170 and of 240 mm."""
+    data = data_of(name)
+    cutter = {"kind": "flat", "diameter": 16.0} if name == "both_faces_disc" else {"kind": "roller"}
+    data["cutter"] = {**data.get("cutter", cutter), "tolerance": 0.01, "gouge_limit": 0.0099}
+    data["cutter"].pop("allowance", None)
+    machining = built(data).machined.machining
+    assert any(machining.machine.below(path.at(np.zeros(1))) for path in machining.paths)
+    for path in machining.paths:
+        for space in ("cam", "machine"):
+            sag = machining.sag(path, space)
+            assert min(sag.cut, sag.left) >= 0.0
+            assert 0.003 < max(sag.cut, sag.left) <= 0.0101
+
+
 def test_chords_of_the_gcode_count_where_those_of_the_path_keep_the_limit() -> None:
     """The rotary axis turns the disc along other chords, which cut deeper, or less deep."""
     keys: dict[str, Any] = {"kind": "flat", "diameter": 40.0}

@@ -97,6 +97,15 @@ def test_another_profile_gets_the_folder_and_the_first_stays_whole(tmp_path: Pat
     assert (tmp_path / "previous/cam-one/result.json").read_text() == "one"
 
 
+def test_a_file_in_the_place_of_previous_is_named_before_anything_is_computed(tmp_path: Path) -> None:
+    (tmp_path / "previous").write_text("mine")
+    with pytest.raises(ExportError, match="previous: is in the way"), RunFolder(tmp_path):
+        raise AssertionError
+    assert names(tmp_path) == {"previous"}
+    (tmp_path / "previous").unlink()
+    assert run(tmp_path, {"cam.stl": "stl"}) == []
+
+
 @pytest.mark.parametrize(("other", "kept"), [("cam one", {"cam.stl"}), ("cam-one", {"cam.stl", "cam.stl.1"})])
 def test_names_that_give_one_folder_lose_nothing_of_each_other(tmp_path: Path, other: str, kept: set[str]) -> None:
     """Of one name the later is kept; of two, both."""
