@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import ceil, floor, inf, log, log2, log10
+from math import ceil, floor, inf, log, log10
 from typing import final
 
 import numpy as np
@@ -28,18 +28,16 @@ STEPS, DECADE = 5, 4
 """of tabled loads below the first from the largest on, and in a decade: below the least the pressure goes to 0 with the
 load's root"""
 BEND = 0.25
-"""step of the logarithm of the tabled curvature; both steps begin at 1, and those of tilts are powers of 2, so that
-operating states, which differ in their loads, ask for the same contacts"""
+"""step of the logarithm of the tabled curvature; both steps begin at 1, so that operating states, which differ in their
+loads, ask for the same contacts, but where the load tilts a roller"""
 COUNTED = 0.2
 """share of the largest load from which the curvature counts"""
 ALIKE = 1e-9
 """share by which curvatures differ that are one"""
 SAME = 0.02
 """share by which the tilts that a load gives, over it, differ at most where one is tabled"""
-GROWN = 1e-2
-"""share of the curvature, at the roller's end, to which its growth along the roller is tabled"""
 DIGITS, NO_TILT = 10, 1e-12
-"""of tabled loads and curvatures, decimals of lengths, mm, twist, rad, and growth, 1/mm²; step of their tilt, rad"""
+"""of tabled loads and curvatures, decimals of their twist, rad, and growth, 1/mm²; step of their tilt, rad"""
 TABLED = (32, 48, 64)
 """cells across and along, and strips, of a tabled contact"""
 FINE, FINER = 128, 256
@@ -228,19 +226,18 @@ class PressureTable:
         most, self.cells = float(load.max(initial=0.0)), cells
         counted = load >= COUNTED * most
         low, high = float(curvature[counted].min()), float(curvature[counted].max())
-        self.loads = _rounded(10.0 ** ((ceil(DECADE * log10(most)) + np.arange(-STEPS, 1)) / DECADE))
+        # Tilts that loads give are every table's own: so are its contacts then.
+        alone = lean is not None
+        top, origin = (most, log(low)) if alone else (10.0 ** (ceil(DECADE * log10(most)) / DECADE), 0.0)
+        self.loads = _rounded(top * 10.0 ** (np.arange(alone - STEPS, 1) / DECADE))
         if high > low * (1.0 + ALIKE):
-            self.bends = _rounded(np.exp(BEND * np.arange(floor(log(low) / BEND), ceil(log(high) / BEND) + 1)))
+            steps = np.arange(floor((log(low) - origin) / BEND), ceil((log(high) - origin) / BEND) + 1)
+            self.bends = _rounded(np.exp(origin + BEND * steps))
         else:
             self.bends = _rounded(np.array([low]))
         self.leans = _nodes(lean[counted] if lean is not None else np.zeros(1), NO_TILT / most if most else inf)
         self.edges = edges
-        profile = bodies.profile
-        flat = GROWN * float(self.bends[0]) / max(map(abs, profile.reach))
-        self.bodies = replace(
-            bodies, profile=replace(profile, low=round(profile.low, DIGITS), high=round(profile.high, DIGITS)),
-            twist=round(bodies.twist, DIGITS), growth=round(_stepped(bodies.growth, flat), DIGITS),
-        )  # fmt: skip
+        self.bodies = replace(bodies, twist=round(bodies.twist, DIGITS), growth=round(bodies.growth, DIGITS))
         self.values = np.full((len(self.leans), len(self.bends), len(self.loads), len(edges) - 1), np.nan)
 
     def fill(self, asked: NDArray[np.bool_]) -> None:
@@ -297,18 +294,9 @@ def _rounded(x: Floats) -> Floats:
 
 
 def _nodes(lean: Floats, none: float) -> Floats:
-    """Steps that are powers of 2 about what is interpolated; one where it hardly differs, or by no more than `none`."""
+    """The least and the largest of what is interpolated, or one where they hardly differ, or by no more than `none`."""
     low, high = float(lean.min()), float(lean.max())
-    same = SAME * max(abs(low), abs(high))
-    if high - low <= max(same, none):
-        return np.array([_stepped(high, same) if abs(high) > none else 0.0])
-    step = 2.0 ** floor(log2(max(abs(low), abs(high))))
-    return np.asarray(step * np.arange(floor(low / step), ceil(high / step) + 1))
-
-
-def _stepped(x: float, most: float) -> float:
-    """The multiple of a power of 2, `most` at most, that is nearest to x."""
-    return float(round(x / (step := 2.0 ** floor(log2(most)))) * step) if most else x
+    return np.array([low, high]) if high - low > max(SAME * max(abs(low), abs(high)), none) else np.array([high])
 
 
 def _between(known: Floats, x: Floats) -> tuple[np.ndarray[tuple[int, ...], np.dtype[np.intp]], Floats]:

@@ -13,7 +13,7 @@ from camgeom.body.load import RollerForce
 from camgeom.checks import judge, squared_remedy
 from camgeom.errors import ProfileError
 from camgeom.maths.panels import panels
-from camgeom.mechanics import finite_turn, finite_turret
+from camgeom.mechanics import finite_turn
 from camgeom.mechanics.finite_contact import INSIDE, AxialProfile, Bodies, press
 from camgeom.mechanics.roller_duty import RollerDuty
 from camgeom.model import Model, read
@@ -275,37 +275,6 @@ def test_walls_that_ask_for_the_same_contacts_share_them() -> None:
         assert (press.cache_info().misses > missed) == (tilt > 0.0)
     assert told[0] == pytest.approx(told[1][::-1], rel=1e-12)
     assert told[0][0].max() > told[0][-1].max()
-
-
-@pytest.mark.parametrize(("share", "alike"), [(0.7, True), (0.4, False)])
-def test_loads_that_tilt_a_roller_ask_for_contacts_that_others_asked_for(share: float, alike: bool) -> None:
-    """Loads, tilts over them and growths stand on steps of their own: a state beside another asks for little more."""
-    load, curvature, edges = np.linspace(500.0, 1000.0, 30), np.full(30, 0.02), np.linspace(-5.0, 5.0, 12)
-    press.cache_clear()
-    asked = []
-    for part in (1.0, share):
-        profile = AxialProfile(-5.0, 5.0 + 1e-13 * part, end_radius=1.0)
-        bodies = Bodies(0.02, profile, 1.1e-5, 0.0, growth=2e-6 * part)
-        lean = np.linspace(1.0e-7, 2.9e-7, 30) * (1.0 + 0.01 * part)
-        table = finite_turn.PressureTable(bodies, load * part, curvature, edges, lean, cells=(16, 24, 32))
-        missed = press.cache_info().misses
-        table.pressures(load * part, curvature, lean)
-        asked.append(press.cache_info().misses - missed)
-    assert asked[0] > 0
-    assert (asked[1] == 0) == alike
-    assert asked[1] < asked[0]
-
-
-def test_a_tilt_between_steps_is_that_of_the_half_space() -> None:
-    """Within what the table's own steps of loads leave, under a third of the largest load and more."""
-    bodies = Bodies(0.02, AxialProfile(-5.0, 5.0, end_radius=1.0), 1.1e-5, 0.0, growth=1.3e-6)
-    load, lean, edges = np.array([430.0, 610.0, 940.0]), np.array([1.3e-7, 2.1e-7, 1.7e-7]), np.linspace(-5.0, 5.0, 32)
-    table = finite_turn.PressureTable(bodies, load, np.full(3, 0.02), edges, lean, finite_turret.CELLS)
-    assert not np.isin(lean, table.leans).any()
-    told = table.pressures(load, np.full(3, 0.02), lean).max(axis=0)
-    solved = [press(replace(bodies, tilt=float(t * w)), float(w)).peak[0] for t, w in zip(lean, load)]
-    assert told == pytest.approx(solved, rel=1.5e-2)
-    assert told != pytest.approx(solved, rel=1e-4)
 
 
 def test_where_the_force_jumps_its_harder_side_is_the_hardest() -> None:
