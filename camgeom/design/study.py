@@ -144,6 +144,7 @@ PLAY = {"follower.clearance": 1.0, "cam.running_clearance": 0.5}
 
 
 SWITCH = {"true": True, "false": False}
+"""words of the command line for a key that is no text"""
 
 
 def replaced(data: Any, path: Sequence[str | int], value: Value, key: str) -> Any:
