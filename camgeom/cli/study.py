@@ -20,7 +20,7 @@ from camgeom.design.bulk import Bulk
 from camgeom.design.engine import Cluster, Engine, Pace, local
 from camgeom.design.parts import Parts, read_rows
 from camgeom.design.sampling import DRAWN, Plan, sample, tie
-from camgeom.design.study import Row, Study, axis, columns, refuse_unsolved
+from camgeom.design.study import MOST_VARIANTS, Row, Study, axis, columns, refuse_unsolved
 from camgeom.errors import Problem, ProfileError
 from camgeom.export.folder import STUDY, results
 from camgeom.report.measured import asked, measure, of_followers
@@ -50,6 +50,9 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     if why is None:
         return run_bulk(arguments, console, bulk, engine_of(arguments))
     refuse_unsolved(data, axes)
+    if len(plan) > MOST_VARIANTS:
+        text = f"too many variants for the exact model, which has to compute them ({why})"
+        raise ProfileError([Problem("--vary", text, len(plan), f"at most {MOST_VARIANTS}")])
     measured = partial(measure, products=products, checks=checks)
     combined = None if plan.method == "grid" and not plan.ties else plan
     study = Study(data, arguments.profile, axes, measured, plan=combined, wanted=figures)

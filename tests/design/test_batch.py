@@ -280,6 +280,19 @@ def test_what_stands_between_samples_of_plates_is_found(data: Data, values: tupl
     assert too_wide or found.square[0] >= square * (1.0 - 1e-4)
 
 
+@pytest.mark.parametrize("name", ["indexer, two plates", "indexer, four plates"])
+def test_plates_do_not_hang_on_how_many_are_sampled_at_once(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    data, columns = CASES[name](np.random.default_rng(8), 12)
+    whole = evaluate(from_data(data), columns)
+    monkeypatch.setattr(parallel, "AT_ONCE", 5)
+    again = evaluate(from_data(data), columns)
+    assert (again.reason == whole.reason).all()
+    assert (whole.reason == 0).any()
+    for figure, values in again.figures.items():
+        there = whole.reason == 0
+        assert values[there] == pytest.approx(whole.figures[figure][there], rel=1e-9), figure
+
+
 def test_where_no_roller_bears_is_told() -> None:
     """A disc so small that no roller of either ring is beside its plate at some cam angle, as the exact model says."""
     data = plates()

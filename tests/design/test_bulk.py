@@ -303,6 +303,8 @@ def test_few_variants_are_the_models_and_it_says_so(disc: Path, tmp_path: Path, 
     assert float(rows[-1]["cam.base_radius"]) == 40.0
     assert main([*words[:3], "cam.bore=0:10:3", *words[4:], "--batch", "--only", "flank"]) == 2
     assert "--batch" in capsys.readouterr().err
+    assert main([*words[:3], "cam.base_radius=30:40", "--sample", "sobol:200000", *words[4:], "--only", "flank"]) == 2
+    assert "has to compute them (--only names what the exact model gives)" in capsys.readouterr().err
 
 
 def test_words_are_profiles_of_their_own(disc: Path) -> None:

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 CHUNK = 4096
 AT_ONCE = 512
-"""variants whose figures are computed at once: what they need stays in the cache"""
+"""variants whose samples are computed at once: what they need stays in the cache"""
 BESIDE = 1e-8
 """rad on either side of a cam angle at which a roller comes to bear or ceases to"""
 SHORTEST, BETWEEN = 2, tuple((np.arange(1.0, 10.0) / 10.0).tolist())
@@ -101,18 +101,17 @@ def kernel(profile: Profile, columns: Mapping[str, Floats], figures: Sequence[st
             walls, words = whole.walled()
             sound = np.flatnonzero(np.array(words) == "")
             lost, wide = np.zeros((2, every.size), dtype=bool)
-            for begin in range(0, sound.size, AT_ONCE):
-                some = sound[begin : begin + AT_ONCE]
-                cams = Plates(whole.variants, whole.motion, walls).of(some)
-                folded = some[cams.folded]
-                if folded.size:
-                    walls = whole.asked(folded, walls, words)
-                    some = some[np.array(words)[some] == ""]
-                    cams = Plates(whole.variants, whole.motion, walls).of(some)
+            cams = Plates(whole.variants, whole.motion, walls).of(sound)
+            folded = sound[cams.folded] if sound.size else sound
+            if folded.size:
+                walls = whole.asked(folded, walls, words)
+                sound = np.flatnonzero(np.array(words) == "")
+                cams = Plates(whole.variants, whole.motion, walls).of(sound)
+            if sound.size:
                 for name, column in values.items():
-                    column[rows[some]] = cams.figure(name)
+                    column[rows[sound]] = cams.figure(name)
                 if any(name in LOAD_FIGURES for name in figures):
-                    lost[rows[some]], wide[rows[some]] = cams.lost, cams.wide
+                    lost[rows[sound]], wide[rows[sound]] = cams.lost, cams.wide
             for word in dict.fromkeys(filter(None, words)):
                 bad = np.zeros(every.size, dtype=bool)
                 bad[rows] = np.array(words) == word
@@ -212,7 +211,7 @@ class Plates(Driven):
     @property
     def folded(self) -> Mask:
         """Whether a wall goes on beyond where its band folds, (n,): its band crosses itself before, unseen."""
-        most = self.tool * self.sampled.rows(self.sampled.bend, -np.inf).max(axis=(0, 1))
+        most = self.tool * self.at_samples(_bend).max(axis=0)
         rows = np.flatnonzero(most > NEARLY)
         if rows.size:
             part = self.of(rows)
@@ -234,9 +233,9 @@ class Plates(Driven):
         return tuple(found)
 
     @cached_property
-    def stretches(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-        """Of every roller beside its plate in one turn: cos and sin of the angle from the line of centres at zero lift,
-        its wall's side, and the cam angles between which it has one, rad, (B, n) each."""
+    def stretches(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Of every roller beside its plate in one turn: the angle from the line of centres at zero lift, rad, its
+        wall's side, and the cam angles between which it has one, rad, (B, n) each."""
         shift, side, low, high = np.concatenate([one.each for one in self._walls], axis=1)
         there = high > low
         first = int(np.floor(np.where(there, low, np.inf).min() / TURN))
@@ -249,13 +248,14 @@ class Plates(Driven):
         empty = every[3] <= every[2]
         order = np.argsort(empty, axis=0, kind="stable")[: int((~empty).sum(axis=0).max())]
         offset, side, begin, end = (np.take_along_axis(one, order, axis=0) for one in every)
-        return np.cos(offset), np.sin(offset), side, begin, end
+        return offset, side, begin, end
 
     # Rollers beside their plates
 
-    def beside(self, points: Points) -> Beside:
-        """The rollers that have a wall at points (P, n)."""
-        there, across, side, begin, end = self.stretches
+    def beside(self, points: Points, kind: type[np.floating] = np.float64) -> Beside:
+        """The rollers that have a wall at points (P, n), in a precision: where one comes and goes, and on which side of
+        the line of centres it is, is as sure in the single one."""
+        offset, side, begin, end = self.stretches
         size, shape = self.motion.size, np.broadcast_shapes(points.s.shape, (1, self.motion.size))
         on = (points.theta >= begin[:, None]) & (points.theta <= end[:, None])
         flat = np.flatnonzero(on)
@@ -266,18 +266,19 @@ class Plates(Driven):
         def taken(values: Floats) -> Floats:
             return np.asarray(np.broadcast_to(values, shape).reshape(-1).take(place))
 
-        cos, sin = taken(np.cos(points.s)), taken(np.sin(points.s))
-        there, across = there.take(which), across.take(which)
-        cos, sin = cos * there - sin * across, sin * there + cos * across
-        centre, circle = self.centre.take(variant), self.circle.take(variant)
-        rate = 1.0 + taken(points.ds)
+        tau = (taken(points.s) + offset.take(which)).astype(kind, copy=False)
+        cos, sin = np.cos(tau), np.sin(tau)
+        centre, circle, way = (one.astype(kind, copy=False).take(rows)
+                               for one, rows in ((self.centre, variant), (self.circle, variant), (side, which)))
+        rate, dds = (taken(one.astype(kind, copy=False)) for one in (1.0 + points.ds, points.dds))
         quick = circle * rate
-        square = centre * (centre - 2.0 * quick * cos) + quick * quick
-        pace, side = np.sqrt(square), side.take(which)
-        lever = side * centre * circle * sin / pace
-        bend = centre * (quick * (1.0 + rate) * cos + circle * taken(points.dds) * sin - centre) - quick * quick * rate
+        across, along = quick * sin, centre - quick * cos
+        square = along * along + across * across
+        pace = np.sqrt(square)
+        lever = way * centre * circle * sin / pace
+        bend = centre * (quick * (1.0 + rate) * cos + circle * dds * sin - centre) - quick * quick * rate
         tangent = np.abs(centre * cos - quick) / (centre * np.abs(sin))
-        return Beside(on.shape, flat, place, variant, lever, side * bend / (square * pace), tangent)
+        return Beside(on.shape, flat, place, variant, lever, way * bend / (square * pace), tangent)
 
     @cached_property
     def _shortest(self) -> tuple[Ints, Floats, Floats]:
@@ -334,8 +335,26 @@ class Plates(Driven):
 
     @cached_property
     def sampled(self) -> Beside:
-        """The rollers at these."""
-        return self.beside(self.points)
+        """The rollers at these, in single precision: they show where a quantity is largest."""
+        return self.beside(self.points, np.float32)
+
+    @cached_property
+    def blocks(self) -> tuple[Plates, ...]:
+        """The same a few variants at a time."""
+        size, _ = self.motion.size, self.stretches
+        return tuple(self.of(np.arange(k, min(k + AT_ONCE, size))) for k in range(0, size, AT_ONCE))
+
+    def at_samples(self, what: Quantity) -> Floats:
+        """A quantity at the samples, (P, n), in single precision."""
+        return np.concatenate([what(part, part.sampled, part.points) for part in self.blocks], axis=1)
+
+    def at_one(self, what: Quantity, sample: Ints) -> Floats:
+        """A quantity at a sample of every variant, (n,)."""
+        rows = np.split(sample[None], np.arange(AT_ONCE, len(sample), AT_ONCE), axis=1)
+        every = zip(*([np.take_along_axis(one, own, axis=0) for one in vars_of(part.points)]
+                      for part, own in zip(self.blocks, rows, strict=True)))  # fmt: skip
+        points = Points(*(np.concatenate(one, axis=1) for one in every))
+        return np.asarray(what(self, self.beside(points), points)[0])
 
     def largest(
         self, what: Quantity, values: Floats | None = None, finest: float = 1.0, poles: bool = False,
@@ -351,8 +370,8 @@ class Plates(Driven):
         poles   whether it may have some between samples, of which neighbours tell nothing
         short   whether it is looked for in short stretches of wall too, in which a lever may change its sign
         """
-        values = what(self, self.sampled, self.points) if values is None else values
-        best = values.max(axis=0)
+        values = self.at_samples(what) if values is None else values
+        best = self.at_one(what, values.argmax(axis=0))
         windows = [self._windows(values), *((self._short_windows(values),) if short else ())]
         piece, step, reach, three = (np.concatenate(some, axis=-2) for some in zip(*windows))
         fine = np.minimum(finest, reach / FINER)
@@ -390,48 +409,58 @@ class Plates(Driven):
     @cached_property
     def bend(self) -> Floats:
         """Largest curvature of the pitch curves, 1/mm, convex positive."""
-        return self.largest(lambda _, beside, __: beside.rows(beside.bend, -np.inf).max(axis=0), finest=KEEN)
+        return self.largest(_bend, finest=KEEN)
 
     # Load
 
     def _pressed(self, beside: Beside, points: Points) -> tuple[Floats, Floats, Floats, Floats]:
         """Squares of the largest pressure, MPa², the largest force, N, and the square of the largest half-width by the
         roller's radius, and the size of the torque where no roller bears, N mm, else 0, (P, n) each."""
-        torque = np.broadcast_to(self.torque(points), beside.shape[1:]).reshape(-1)
+        kind = beside.lever.dtype
+        torque = np.broadcast_to(self.torque(points), beside.shape[1:]).reshape(-1).astype(kind, copy=False)
         bears = np.flatnonzero((beside.lever < 0.0) == (torque >= 0.0)[beside.place])
         place, variant, lever = beside.place[bears], beside.variant[bears], np.abs(beside.lever[bears])
-        radius, length = self.roller.take(variant), self.length.take(variant)
+        radius, length = (one.astype(kind, copy=False).take(variant) for one in (self.roller, self.length))
         rest = radius * (1.0 - radius * beside.bend[bears])
-        k, pair = 1.0 / np.where(rest > 0.0, rest, radius), self._each(self.pair, variant)
+        k, pair = 1.0 / np.where(rest > 0.0, rest, radius), self._each(self.pair, variant, kind)
         size = np.abs(torque)
 
-        def shared(stiff: Floats) -> Floats:
-            """Load per length, N/mm, of contacts so stiff to the turret's turn by their levers."""
-            total = np.bincount(place, stiff * lever * length, len(size))
-            return np.asarray(stiff * np.divide(size, total, out=np.zeros_like(size), where=total > 0.0)[place])
+        count = np.bincount(place, minlength=len(size))
+        several = np.flatnonzero(count.take(place) > 1)
+
+        def shared(stiff: Floats, rows: Ints | slice) -> Floats:
+            """Load per length, N/mm, of some contacts so stiff to the turret's turn by their levers, no other of which
+            bears beside them."""
+            where = place[rows]
+            total = np.bincount(where, stiff * (lever * length)[rows], len(size)).astype(kind, copy=False)[where]
+            return np.asarray(stiff * np.divide(size[where], total, out=np.zeros_like(total), where=total > 0.0))
 
         # The exact model begins with loads that are alike.
-        load, most = shared(lever), shared(np.ones_like(lever))
-        poisson = self._each(self.variants.number("material.cam.poisson"), variant)
-        roller, cam = (self._each(one, variant) for one in self.compliances)
-        still, more = (flexibility(far, far, roller, cam, poisson) for far in (np.zeros(1), np.ones(1)))
-        several = np.bincount(place, minlength=len(size))[place] > 1
-        for _ in range(TURNS if several.any() else 0):
-            far = np.log(4.0 * radius) - 0.5 * np.log(4.0 * np.maximum(load, 1e-30) * pair / (pi * k))
-            load = shared(lever / (still + (more - still) * far))
+        load, most = shared(lever, slice(None)), shared(np.ones_like(lever), slice(None))
+        poisson = self._each(self.variants.number("material.cam.poisson"), variant, kind)
+        roller, cam = (self._each(one, variant, kind) for one in self.compliances)
+        still, more = (np.broadcast_to(flexibility(far, far, roller, cam, poisson), load.shape)[several].astype(kind)
+                       for far in (np.zeros(1, kind), np.ones(1, kind)))  # fmt: skip
+        high, far = np.log(4.0 * radius[several]), np.broadcast_to(4.0 * pair / (pi * k), load.shape)[several]
+        for _ in range(TURNS if several.size else 0):
+            reach = high - 0.5 * np.log(far * np.maximum(load[several], 1e-30))
+            load[several] = shared(lever[several] / (still + (more - still) * reach), several)
         wide = 4.0 * np.maximum(load, most) * pair / (pi * k * radius * radius)
         each = load * k / (pi * pair), load * length, wide
-        square, force, wide = (beside.scattered(bears, one).max(axis=0) for one in each)
-        idle = np.where(np.bincount(place, minlength=len(size)) == 0, size, 0.0)
+        idle = np.where(count == 0, size, 0.0)
+        square, force, wide = (beside.largest(bears, several, one) for one in each)
         return square, force, wide, idle.reshape(beside.shape[1:])
 
-    def _each(self, values: Floats, variant: Ints) -> Floats:
-        """A number of every one of these variants."""
+    def _each(self, values: Floats, variant: Ints, kind: np.dtype[np.floating]) -> Floats:
+        """A number of every one of these variants, in a precision."""
+        values = values.astype(kind, copy=False)
         return values if len(values) == 1 else values.take(variant)
 
     @cached_property
     def _sampled_load(self) -> tuple[Floats, Floats, Floats, Floats]:
-        return self._pressed(self.sampled, self.points)
+        every = [part._pressed(part.sampled, part.points) for part in self.blocks]
+        square, force, wide, idle = (np.concatenate(one, axis=1) for one in zip(*every))
+        return square, force, wide, idle
 
     @property
     def lost(self) -> Mask:
@@ -490,15 +519,23 @@ class Beside:
 
     def rows(self, values: Floats, empty: float) -> Floats:
         """Values (N,) as (B, P, n)."""
-        found = np.full(self.shape, empty)
+        found = np.full(self.shape, empty, dtype=values.dtype)
         found.reshape(-1)[self.flat] = values
         return found
 
-    def scattered(self, rows: Ints, values: Floats) -> Floats:
-        """Values of some of them, as (B, P, n), else 0."""
-        found = np.zeros(self.shape)
-        found.reshape(-1)[self.flat[rows]] = values
-        return found
+    def largest(self, rows: Ints, several: Ints, values: Floats) -> Floats:
+        """The largest of values of some of them at points, (P, n), 0 where there is none; `several`: of those that are
+        not alone at a point."""
+        _, points, size = self.shape
+        found, place = np.zeros(points * size, dtype=values.dtype), self.place[rows]
+        found[place] = values
+        np.maximum.at(found, place[several], values[several])
+        return found.reshape(points, size)
+
+
+def _bend(_: Plates, beside: Beside, __: Points) -> Floats:
+    """The largest curvature of the pitch curves of all rollers at points."""
+    return np.asarray(beside.rows(beside.bend, -np.inf).max(axis=0))
 
 
 def _more(three: Floats, best: Floats, times: Floats | float = 1.0) -> Mask:

@@ -15,13 +15,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from math import ceil, floor
-from typing import TypeVar, final
+from typing import TypeVar, cast, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camgeom.design.batch.legs import FINE
-from camgeom.design.batch.motion import Ints, Motion, Points
+from camgeom.design.batch.motion import Ints, Motion, Points, single
 from camgeom.design.batch.variants import Mask
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
@@ -88,6 +88,12 @@ class Ring:
         )  # fmt: skip
 
     @property
+    def rough(self) -> Ring:
+        """In single precision, but for the motion."""
+        return replace(self, centre=single(self.centre), circle=single(self.circle), tool=single(self.tool),
+                       rim=single(self.rim))  # fmt: skip
+
+    @property
     def paths(self) -> int:
         """Number of different paths."""
         return max(1, round(self.advance / self.pitch))
@@ -100,7 +106,7 @@ class Ring:
         velocity = 1j * (rate * arm - self.centre)
         bend = (rate * rate + 1j * points.dds) * arm - self.centre
         pace = np.maximum(np.abs(velocity), 1e-12)
-        return self.centre - arm, velocity, (np.conj(velocity) * bend).imag / pace**3
+        return self.centre - arm, velocity, (np.conj(velocity) * bend).imag / (pace * pace * pace)
 
     def jet(self, path: Ints, phi: Floats) -> tuple[Plane, Plane, Floats]:
         """Middles of rollers on paths (n,) at cam angles (n,), their velocities, and curvatures there."""
@@ -182,8 +188,8 @@ def walls(ring: Ring) -> Walls:
 @final
 @immutable
 class Sampled:
-    """Samples of the paths, (n, paths, L): cam angles through all turns, middles, velocities and curvature in the
-    cam's frame."""
+    """Samples of the paths, (n, paths, L): cam angles through all turns, and in single precision middles, velocities
+    and curvature in the cam's frame."""
 
     phi: Floats
     middle: Plane
@@ -219,11 +225,15 @@ def _sampled(ring: Ring, finer: float) -> Sampled:
     kept = slice(max(int(over[0]) - 1, 0), int(over[-1]) + 2)
     place = np.arange(flat[1])[kept] % len(pieces)
     theta = np.broadcast_to(points.theta, points.s.shape)[place]
-    at, velocity, bend = ring.moved(points.of(place), tau[:, kept])
+    at, velocity, bend = ring.rough.moved(points.of(place).rough, single(tau[:, kept]))
     phi = np.broadcast_to(theta + TURN * np.repeat(turns, len(pieces))[kept, None], at.shape)
-    turned = np.exp(-1j * theta)
-    each = (np.moveaxis(one, 2, 0) for one in (phi, at * turned, velocity * turned, bend))
-    return Sampled(*(np.ascontiguousarray(one) for one in each))
+    turned = cast(Plane, np.exp(-1j * theta).astype(np.complex64))
+    return Sampled(_by_variant(phi), _by_variant(at * turned), _by_variant(velocity * turned), _by_variant(bend))
+
+
+def _by_variant(values: NDArray[S]) -> NDArray[S]:
+    """Values (paths, L, n) as (n, paths, L)."""
+    return np.ascontiguousarray(np.moveaxis(values, 2, 0))
 
 
 def _bent(ring: Ring, on: Sampled, rounds: int) -> Sampled:
@@ -237,10 +247,15 @@ def _bent(ring: Ring, on: Sampled, rounds: int) -> Sampled:
         middle = 0.5 * (on.phi[:, :, 1:] + on.phi[:, :, :-1])
         phi = np.take_along_axis(middle, place, axis=2)
         variant, path = (one.reshape(-1) for one in np.indices(phi.shape)[:2])
-        found = (phi, *(one.reshape(phi.shape) for one in ring.of(variant).jet(path, phi.reshape(-1))))
-        every = [np.concatenate(pair, axis=2) for pair in zip((on.phi, on.middle, on.velocity, on.bend), found)]
-        order = np.argsort(every[0], axis=2, kind="stable")
-        on = Sampled(*(np.take_along_axis(one, order, axis=2) for one in every))
+        at, velocity, bend = ring.of(variant).jet(path, phi.reshape(-1))
+        order = np.argsort(np.concatenate([on.phi, phi], axis=2), axis=2, kind="stable")
+
+        def sorted_in(values: NDArray[S], more: NDArray[S], order: Ints = order) -> NDArray[S]:
+            more = more.reshape((*values.shape[:2], -1)).astype(values.dtype, copy=False)
+            return np.take_along_axis(np.concatenate([values, more], axis=2), order, axis=2)
+
+        on = Sampled(sorted_in(on.phi, phi), sorted_in(on.middle, at), sorted_in(on.velocity, velocity),
+                     sorted_in(on.bend, bend))  # fmt: skip
     return on
 
 
@@ -258,8 +273,8 @@ def _covering(ring: Ring, on: Sampled, x: Plane) -> Ints:
         rows = slice(begin, begin + BLOCK)
         p, c = points[rows][:, there], middle[rows][:, near]
         one, two = np.ones_like(p.real), np.ones_like(c.real)
-        left = np.stack([p.real, p.imag, p.real**2 + p.imag**2, one], axis=2).astype(np.float32)
-        right = np.stack([-2.0 * c.real, -2.0 * c.imag, two, c.real**2 + c.imag**2], axis=1).astype(np.float32)
+        left = np.stack([p.real, p.imag, p.real**2 + p.imag**2, one], axis=2)
+        right = np.stack([-2.0 * c.real, -2.0 * c.imag, two, c.real**2 + c.imag**2], axis=1)
         for first in range(0, len(there), step):
             part = slice(first, first + step)
             square = left[:, part] @ right
@@ -298,11 +313,12 @@ class _Bands:
 
 def _bands(ring: Ring, on: Sampled, sides: tuple[float, ...]) -> _Bands:
     """The edges on these sides."""
-    way, size = np.array(sides)[None, :, None, None], ring.motion.size
+    ring = ring.rough
+    way, size = single(np.array(sides))[None, :, None, None], ring.motion.size
     middle, velocity, bend = (one[:, None] for one in (on.middle, on.velocity, on.bend))
     tool, rim = ring.tool[:, None, None, None], ring.rim[:, None, None, None]
     pace = np.maximum(np.abs(velocity), 1e-12)
-    x = np.asarray(middle + way * tool * 1j * velocity / pace, dtype=np.complex128)
+    x: Plane = np.asarray(middle + way * tool * 1j * velocity / pace)
     length, paths = x.shape[3], x.shape[2]
     far, over = np.abs(x), _covering(ring, on, x)
     flat = over.reshape(size, -1)
