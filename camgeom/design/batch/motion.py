@@ -32,7 +32,7 @@ NEAR = 2
 """the same where a quantity falls off by more than STEEP of itself within REACH"""
 TOPS = 3
 """pieces in which the largest of a quantity is computed again"""
-PART = 16384
+PART = 65536
 """numbers of a quantity at samples that are computed at once: what arises on the way stays in the cache"""
 STEEP = 1e-3
 ROUNDS = 4
