@@ -13,6 +13,8 @@ from camgeom.maths.mesh import Mesh
 
 Index = npt.NDArray[np.int64]
 
+SHORT = 1024
+"""corners of a polygon that is filled as a whole in no time"""
 LONG = 8192
 """corners of a polygon that is filled as a whole, in 0.3 s; one of 54 000 would take 20 s"""
 
@@ -180,6 +182,8 @@ def filled(planes: list[Floats]) -> Index | None:
     from camgeom.solid.engine import library
 
     loops = [np.ascontiguousarray(plane) for plane in planes]
+    if len(loops) == 1 and len(loops[0]) > SHORT and (swept := _swept(loops[0])) is not None:
+        return swept
     wanted = sum(len(loop) - 2 if polygon_area(loop) > 0.0 else len(loop) + 2 for loop in loops)
     points = np.concatenate(loops)
     for shorten in (_without_ears, _whole) if max(map(len, loops)) > LONG else (_whole,):
@@ -192,6 +196,42 @@ def filled(planes: list[Floats]) -> Index | None:
         if len(triangles) == wanted and covered.min() >= -1e-9 * covered.sum():
             return triangles
     return None
+
+
+def _swept(loop: Floats) -> Index | None:
+    """Triangles (t, 3) of a counter-clockwise polygon of which every line across its longer side has one stretch, in a
+    time proportional to its corners; None of another one. (Garey, Johnson, Preparata, Tarjan 1978.)"""
+    place = loop if np.ptp(loop[:, 0]) >= np.ptp(loop[:, 1]) else np.stack([loop[:, 1], -loop[:, 0]], axis=1)
+    order, count = np.lexsort((place[:, 1], place[:, 0])), len(loop)
+    rank = np.empty(count, dtype=np.int64)
+    rank[order] = np.arange(count)
+    lower = np.roll(rank, -order[0])[: (order[-1] - order[0]) % count + 1]
+    upper = np.roll(rank, -order[-1])[: (order[0] - order[-1]) % count + 1]
+    if np.any(np.diff(lower) < 0) or np.any(np.diff(upper) > 0):
+        return None
+    # Which side a corner is on: of the two ends none matters.
+    side = np.ones(count, dtype=bool)
+    side[lower] = False
+    hand, (x, y) = side.tolist(), place[order].T.tolist()
+    found, stack = list[tuple[int, int, int]](), [0, 1]
+    for new in range(2, count):
+        if hand[new] != hand[stack[-1]] or new == count - 1:
+            found += [(new, b, a) if hand[stack[-1]] else (new, a, b) for a, b in zip(stack, stack[1:])]
+            stack = [stack[-1], new]
+            continue
+        last = stack.pop()
+        while stack:
+            a = stack[-1]
+            over = (x[last] - x[a]) * (y[new] - y[a]) - (y[last] - y[a]) * (x[new] - x[a])
+            if over == 0.0 or (over > 0.0) is hand[new]:
+                break
+            found.append((new, last, a) if hand[new] else (new, a, last))
+            last = stack.pop()
+        stack += [last, new]
+    triangles: Index = order[np.array(found)]
+    covered = triangle_areas(loop, triangles)
+    sound = len(triangles) == count - 2 and covered.min() >= -1e-9 * covered.sum()
+    return triangles if sound and covered.sum() > 0.0 else None
 
 
 def _whole(loop: Floats) -> tuple[Index, Index]:

@@ -102,7 +102,7 @@ def test_the_stated_chord_error_is_the_largest_sag_along_any_chord(tolerance):
 
 
 @pytest.mark.parametrize("count", [20_000, 30_001])
-@pytest.mark.parametrize("holes", [0, 2])
+@pytest.mark.parametrize("holes", [1, 2])
 def test_a_long_polygon_is_cut_short_before_it_is_filled(count: int, holes: int, monkeypatch) -> None:
     lengths: list[int] = []
     whole = builder._without_ears
@@ -132,3 +132,43 @@ def test_where_another_part_reaches_into_what_is_cut_off_the_whole_is_filled() -
     assert triangles is not None
     check([rim], triangles)
     assert filled([np.insert(loop, 10_000, [[60.0, 0.0]], axis=0)]) is None
+
+
+def swept(upper: np.ndarray, lower: np.ndarray, turn: int) -> np.ndarray:
+    """A counter-clockwise loop between two graphs over the same stretch, turned by so many right angles."""
+    x, at = np.linspace(0.0, 10.0, len(upper)), np.linspace(0.0, 10.0, len(lower))
+    loop = np.concatenate([np.stack([at, lower], axis=1), np.stack([x, upper], axis=1)[::-1]])
+    return np.stack([[loop[:, 0], loop[:, 1]], [-loop[:, 1], loop[:, 0]], [-loop[:, 0], -loop[:, 1]]][turn], axis=1)
+
+
+@settings(max_examples=80, deadline=None)
+@given(
+    n=st.integers(2, 40), m=st.integers(2, 40), seed=st.integers(0, 10**6), turn=st.integers(0, 2),
+    flat=st.booleans(), ripple=st.sampled_from([0.0, 1e-9, 1e-3, 1.0]),
+)
+def test_a_loop_between_two_graphs(n: int, m: int, seed: int, turn: int, flat: bool, ripple: float) -> None:
+    rng = np.random.default_rng(seed)
+    loop = swept(2.0 + ripple * rng.uniform(size=n), -(0.0 if flat else ripple) * rng.uniform(size=m), turn)
+    triangles = builder._swept(loop)
+    assert triangles is not None
+    assert len(triangles) == n + m - 2
+    check([loop], triangles)
+
+
+def test_loops_that_are_not_swept() -> None:
+    """One that turns back, one that runs clockwise and one that crosses itself are left to the general method."""
+    back = np.array([[0, 0], [10, 0], [10, 4], [3, 4], [3, 3], [9, 3], [9, 1], [0, 1]], dtype=float)
+    crossed = swept(np.array([1.0, -1.0, 1.0]), np.zeros(3), 0)
+    assert builder._swept(back) is None
+    assert builder._swept(swept(np.ones(5), np.zeros(5), 0)[::-1]) is None
+    assert builder._swept(crossed) is None
+
+
+def test_a_long_edge_is_filled_in_no_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The general method takes a minute for the 70 000 corners of a plate of 30 m within a nanometre's sag."""
+    x = np.linspace(0.0, 10.0, 70_000)
+    loop = swept(3.0 + np.sin(x), np.zeros(2), 0)
+    monkeypatch.setattr("camgeom.solid.engine.library", lambda: pytest.fail("asked"))
+    triangles = filled([loop])
+    assert triangles is not None
+    assert len(triangles) == len(loop) - 2
