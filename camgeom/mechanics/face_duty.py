@@ -21,7 +21,7 @@ from camgeom.mechanics.duty import Duty, finite, hertz_data, peak_of, torque_dat
 from camgeom.mechanics.hertz import Beneath, beneath_line, line_depth, line_half_width
 from camgeom.mechanics.kept import Kept, zeroed
 from camgeom.mechanics.life import cam_life, check_strength, hours, swept_damage
-from camgeom.mechanics.load import QUIET, FollowerForce, Load, guided_force
+from camgeom.mechanics.load import FLAT, QUIET, FollowerForce, Load, guided_force
 from camgeom.mechanics.material import Material, pair_compliance
 from camgeom.track import Swing
 from camgeom.track.touch import Touch
@@ -35,8 +35,6 @@ AT_ONCE = 200_000
 """cells that are filled at once: 1.6 MB an array"""
 SHARP = 1e-7
 """share of the largest relative curvature to which it is resolved"""
-FLAT = 1e-9
-"""rad; a pressure angle that is none"""
 FINE = 7200
 """cam angles at which the damage along a face is summed: twentieths of a degree"""
 

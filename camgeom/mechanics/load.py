@@ -32,6 +32,8 @@ MOST_PANELS = 5000
 """of a solved force, of 12 points each: they follow some 10 000 swings in a turn"""
 QUIET = 1e-9
 """Share of the largest force below which a force counts as none: rounding in a dwell takes no side."""
+FLAT = 1e-9
+"""rad; a pressure angle that is none"""
 
 
 class Motion(Protocol):

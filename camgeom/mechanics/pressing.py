@@ -15,10 +15,10 @@ from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
-from camgeom.maths.panels import roots
+from camgeom.maths.panels import Panels, roots
 from camgeom.maths.surface import dot
 from camgeom.mechanics.contact import Contact, line_contacts
-from camgeom.mechanics.load import QUIET, FollowerForce, Load, guided_force, normal_force
+from camgeom.mechanics.load import FLAT, QUIET, FollowerForce, Load, guided_force, normal_force
 from camgeom.track import Pose, Track
 from camgeom.track.flank import Flank
 from camgeom.track.follower import Ends
@@ -78,13 +78,23 @@ class Pressing:
         if self.runs_out:
             return self._held(full)
         zeros = roots(full.panels, full.force[None], QUIET * float(np.abs(full.force).max(initial=0.0)))[0]
-        if zeros.size:
-            full = self.load.sampled(full.panels.split(zeros))
+        edges = np.concatenate([zeros, *self._square(full.panels)])
+        if edges.size:
+            full = self.load.sampled(full.panels.split(edges))
         if len(self.track.sides) > 1:
             return full
         wall = Flank(self.track, full.panels.theta[0], np.array([self.station]), self.track.sides[0])
         sign = 1.0 if wall.behind else -1.0
         return replace(full, force=np.maximum(sign * full.force, 0.0) * sign)
+
+    def _square(self, panels: Panels) -> list[Floats]:
+        """Cam angles, rad, at which a planar cam's pressure angle passes zero: the thrust on a slide's guides has a
+        kink there."""
+        if not (self.load.guide_friction > 0.0 and self.track.upright):
+            return []
+        at = np.array([self.station])
+        lean = [Flank(self.track, panels.theta.ravel(), at, side).lean() for side in self.track.sides]
+        return roots(panels, np.stack([one.reshape(panels.theta.shape) for one in lean]), FLAT)
 
     def _held(self, full: FollowerForce) -> FollowerForce:
         """The force where the wall that it presses exists beside some slice of the roller, none elsewhere."""

@@ -251,13 +251,22 @@ class Flank:
         classical figure of globoidal cams). Of rollers that stay upright, those of discs and plates, it is always that
         one: as of all planar cams, whose roller turns on its pin, so that its force passes through its middle.
         """
+        sine, cosine = self._leaning(at)
+        return np.asarray(np.arctan2(np.sqrt(dot(sine, sine)), np.abs(cosine)))
+
+    def lean(self) -> Floats:
+        """The same of a planar cam, with its sign: positive where the normal is turned clockwise to that velocity or
+        its opposite, rad, (n, m)."""
+        sine, cosine = self._leaning("axis")
+        return np.asarray(np.arctan2(sine[2] * np.sign(cosine), np.abs(cosine)))
+
+    def _leaning(self, at: At) -> tuple[Floats, Floats]:
+        """Vector and scalar product of the contact normal and that velocity, (3, n, m) and (n, m)."""
         u, _, _ = self._vectors
         middle = at == "axis" or self.track.upright
         point = self.pose.a[0][:, :, None] + self._stations[0][None] * u if middle else self.x
         e = self._carried(point)
-        normal = self.n
-        sine = cross(normal, e)
-        return np.asarray(np.arctan2(np.sqrt(dot(sine, sine)), np.abs(dot(normal, e))))
+        return cross(self.n, e), dot(self.n, e)
 
     def lever(self) -> Floats:
         """Signed velocity of the contact point along n per unit of the joint coordinate, (n, m): 1 or mm/rad."""

@@ -106,10 +106,11 @@ def comings(tracks: tuple[Track, ...], within: Within, samples: int = 181) -> tu
         track = tracks[index]
         phi = theta + TURN * turn
         inner = phi[(phi > track.span[0]) & (phi < track.span[1])]
-        if not len(inner):
-            continue
+        # A wall may be shorter than the samples are apart.
         ends = [end for end in track.span if not track.closed and phi[0] <= end <= phi[-1]]
         phi = np.sort(np.concatenate([inner, ends]))
+        if not len(phi):
+            continue
         low, high = sorted(track.meridian.parameter(d) for d in track.contact)
         inset = (SLICES // 2) * (high - low) / SLICES
         for found, t in (

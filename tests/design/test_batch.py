@@ -257,6 +257,10 @@ def test_what_samples_cannot_tell_is_asked_of_the_exact_outline(monkeypatch: pyt
         (plates(rollers=16, count=4, law="modified-trapezoid"),
          (144.5266646, 221.1439956, 17.50166191, 0.003814769392, 82.13681973, 0.1140714056,
           18.290932, 308.2554203, 189.0641519, 1048.38303), False),
+        # A peak between samples of which neither is among the largest: 12 % too low.
+        (plates(rollers=16, count=4, law="cycloidal"),
+         (140.4155876, 216.729697, 10.92919650, 0.02491381105, 80.24575065, 0.5696098763,
+          27.23595456, 307.0395426, 76.72591044, 3566.280845), False),
     ],
 )  # fmt: skip
 def test_what_stands_between_samples_of_plates_is_found(data: Data, values: tuple[float, ...], too_wide: bool) -> None:
@@ -278,6 +282,18 @@ def test_what_stands_between_samples_of_plates_is_found(data: Data, values: tupl
     assert found.bend[0] >= bend * (1.0 - 2e-5)
     assert bool(found.wide[0]) is bool(wide > 1.0) is too_wide
     assert too_wide or found.square[0] >= square * (1.0 - 1e-4)
+
+
+def test_the_motion_between_two_fine_steps_is_the_laws() -> None:
+    """Where a roller almost turns on the spot the margin against undercut, 0.004, was 6e-3 of itself off."""
+    motion = cams(plates(law="4-5-6-7"), {"motion[1].until": np.array([290.0])}).motion
+    leg, low, high = motion.rows[1]
+    steps = np.array([0.0, 0.37, 1.5, 700.25, 1023.9, 1024.0])[:, None]
+    found = motion.at(np.full(steps.shape, 1), steps)
+    true = motion.legs[leg].shape.jet(low + (high - low) * steps[:, 0] / FINE)
+    width, lift = np.radians(220.0), np.radians(90.0)
+    for values, jet, unit in zip((found.s, found.ds, found.dds), true, (lift, lift / width, lift / width**2)):
+        assert values[:, 0] == pytest.approx(unit * jet, abs=3e-9 * unit * float(np.abs(true[2]).max()))
 
 
 @pytest.mark.parametrize("name", ["indexer, two plates", "indexer, four plates"])
@@ -371,4 +387,4 @@ def test_of_places_that_are_nearly_alike_the_harder_one_is_found(
     data, columns = CASES[name](np.random.default_rng(list(seed)), designs)
     found = compare(data, {key: np.atleast_1d(values[which]) for key, values in columns.items()})
     assert found.wrong == []
-    assert found.worst()[figure] < 1e-4
+    assert found.worst()[figure] < 2e-4

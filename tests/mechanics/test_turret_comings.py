@@ -85,3 +85,27 @@ def test_a_hand_over_that_leaves_the_turret_free_for_a_tenth_of_a_degree(begin, 
         theta = np.radians(np.arange(0.0, 360.0, 1.0 / 60.0))
         held = Engagement(turret.bearing, made.mechanism.within, theta).on[way].any(axis=2).sum(axis=1)
         assert found.value == least == held.min()
+
+
+@pytest.mark.parametrize(("center", "short"), [(149.27097, True), (148.5, False)])
+def test_a_wall_shorter_than_the_samples_are_apart_is_looked_at(center: float, short: bool) -> None:
+    """Of a plate's wall between two crossings 0.04 deg are left: there the contact is wider than the roller."""
+    data = read_data("profiles/parallel_index.toml")
+    data["cam"] |= {"center_distance": center, "diameter": 203.81263, "width": 18.8471,
+                    "running_clearance": 0.0363154, "plates": 4, "direction": "cw"}  # fmt: skip
+    data["follower"] |= {"stops": 4, "rollers": 16, "pitch_radius": 81.227473, "inertia": 0.59943407}
+    data["roller"] |= {"diameter": 27.5825319}
+    data["motion"] = ({"until": 70.0}, {"until": 295.71319, "to": 90.0, "law": "4-5-6-7"}, {"until": 360.0})
+    data["operation"] |= {"speed": 158.156313, "friction": 29080.9153}
+    model = Model(from_data(data))
+    duty = model.turret_duty
+    assert duty is not None
+    spans = [float(np.ptp(track.span)) for track in duty.tracks]
+    assert (min(spans) < 1e-3) == short
+    # Both ends of it are among the cam angles at which somebody comes.
+    ends = np.mod(duty.tracks[int(np.argmin(spans))].span, TURN)
+    whole, _ = comings(duty.tracks, duty.beside.within)
+    assert np.abs(whole[:, None] - ends).min(axis=0) == pytest.approx(0.0, abs=1e-9)
+    [said] = judge(model, ("turret-pressure",)).findings
+    assert said.level == ("fail" if short else "pass")
+    assert ("wider than the roller" in str(said)) == short

@@ -276,13 +276,18 @@ class Motion:
         """The motion at fine steps, or between them, (..., n) of pieces (n,) or (k, n): as (P, n)."""
         i = np.asarray(j, dtype=np.intp)
         flat = piece * (FINE + 1) + i
-        tables = [one.reshape(-1) for one in self._table[:3]]
-        f = [one.take(flat) for one in tables]
-        if i is not j and (share := j - i).any():
-            # The error of a chord is that of the step's square, 1e-7 of the piece's bend.
-            flat += i < FINE
-            f = [value + share * (one.take(flat) - value) for one, value in zip(tables, f)]
+        tables = [one.reshape(-1) for one in self._table]
+        f = [one.take(flat) for one in tables[:3]]
         low, span, sign, leg = self._places
+        if i is not j and (share := j - i).any():
+            jerk = tables[3].take(flat)
+            flat += i < FINE
+            rise = [one.take(flat) - value for one, value in zip(tables, (*f, jerk))]
+            lift, pace, bend, jerk = (value + share * more for value, more in zip((*f, jerk), rise))
+            # A chord stands above an arc by half of both shares of the step and the second derivative.
+            step = span.take(piece) / FINE
+            under = 0.5 * share * (1.0 - share) * step
+            f = [lift - under * step * bend, pace - under * step * jerk, bend - under * rise[3]]
         legs = leg.take(piece)
         several = legs * self.size + np.arange(self.size)
         start, before, lift, width, rate, bend, way = (

@@ -290,30 +290,38 @@ class Plates(Driven):
 
     @cached_property
     def points(self) -> Points:
-        """The samples of the motion, both sides of where a roller comes to bear or ceases to, and places in between of
-        the shortest stretches, which the samples may miss, (P, n)."""
-        *_, begin, end = self.stretches
-        there = end > begin
-        beside = [np.where(there, one, 0.5 * TURN) + way for one in (begin, end) for way in (-BESIDE, BESIDE)]
+        """The samples of the motion, both sides of where a roller passes the line of centres, from where on its wall
+        pushes the other way, and of where it comes to bear or ceases to, and places in between of the shortest
+        stretches, which the samples may miss, (P, n)."""
+        offset, _, begin, end = self.stretches
+        there, passed = end > begin, self.motion.reached(-offset).theta
+        events = (np.where(there, one, 0.5 * TURN) for one in (passed, begin, end))
+        beside = [one + way for one in events for way in (-BESIDE, BESIDE)]
         _, low, high = self._shortest
         between = [low + share * (high - low) for share in BETWEEN]
-        events = self.motion.whenever(np.clip(np.concatenate(beside + between), 0.0, TURN * (1.0 - 1e-15)))
-        return _joined(self.motion.sampled(DENSE), events, self.motion.size)
+        points = self.motion.whenever(np.clip(np.concatenate(beside + between), 0.0, TURN * (1.0 - 1e-15)))
+        return _joined(self.motion.sampled(DENSE), points, self.motion.size)
 
     def _windows(self, values: Floats) -> Window:
-        """About the largest values (P, n) at the samples: piece, fine step and reach, (k, n), and the three values, (3,
-        k, n), so far from each other."""
+        """About the largest values (P, n) at the samples that are no less than those beside: piece, fine step and
+        reach, 0 where there is no such sample, (k, n), and the three values, (3, k, n), so far from each other."""
         whole, one = self.motion.moving * DENSE, np.arange(self.motion.size)
         moving = values[:whole]
-        left, tops = moving.copy(), list[Ints]()
+        each = moving.reshape(-1, DENSE, self.motion.size)
+        left = moving.copy()
+        less, low = each[:, 1:] < each[:, :-1], left.reshape(each.shape)
+        low[:, 1:][less] = -np.inf
+        low[:, :-1][each[:, :-1] < each[:, 1:]] = -np.inf
+        tops, there = list[Ints](), list[Mask]()
         for _ in range(TOPS):
             tops.append(left.argmax(axis=0))
+            there.append(np.isfinite(left[tops[-1], one]))
             for beside in range(-2, 3):
                 left[np.clip(tops[-1] + beside, 0, whole - 1), one] = -np.inf
         piece, sample = np.divmod(np.array(tops), DENSE)
         middle = np.clip(sample, 1, DENSE - 2)
         three = np.stack([moving[piece * DENSE + middle + k, one] for k in (-1, 0, 1)])
-        return piece, middle * float(STEP), np.full(piece.shape, float(STEP)), three
+        return piece, middle * float(STEP), np.where(there, float(STEP), 0.0), three
 
     def _short_windows(self, values: Floats) -> Window:
         """The same in the shortest stretches; no reach where there is none or its largest value is at an end of it,

@@ -19,9 +19,9 @@ from camgeom.cams import sense_of
 from camgeom.cams.conjugate import Conjugate
 from camgeom.cams.constant_width import PLATE, ConstantWidth
 from camgeom.cams.disc import Disc
-from camgeom.design.batch.legs import motion_reason
+from camgeom.design.batch.legs import FINE, motion_reason
 from camgeom.design.batch.lives import LEAST_LOAD, Lives
-from camgeom.design.batch.motion import Ints, Motion, Points, changed, motion_figures, motion_of, of_rows, single
+from camgeom.design.batch.motion import NEAR, Ints, Motion, Points, changed, motion_figures, motion_of, of_rows, single
 from camgeom.design.batch.seen import Seen
 from camgeom.design.batch.touches import Standing, Touch
 from camgeom.design.batch.variants import Batch, Mask, Variants
@@ -329,8 +329,11 @@ class Cams:
         piece, step, _ = self.motion.sought(square, whole.square, self.rubbed)
         value, place = np.array([self.motion.top(square, *one) for one in zip(piece, step)]).swapaxes(0, 1)
         best = value.argmax(axis=0)[None]
-        piece, place = (np.take_along_axis(one, best, axis=0) for one in (piece, place))
-        return np.asarray(self.seen(whole.touch, self.motion.at(piece, place)).relative_radius[0])
+        piece, place = (np.take_along_axis(one, best, axis=0)[0] for one in (piece, place))
+        # The radius changes beside the peak as the pressure does not: its place has to be known better.
+        step = np.clip(np.rint(place).astype(np.intp), NEAR, FINE - NEAR)
+        place = self.motion.top(square, piece, step, reach=NEAR)[1]
+        return np.asarray(self.seen(whole.touch, self.motion.at(piece, place[None])).relative_radius[0])
 
     def _square(self, touch: Touch, points: Points) -> Floats:
         return self.seen(touch, points).square
