@@ -35,7 +35,7 @@ TOPS = 3
 PART = 65536
 """numbers of a quantity at samples that are computed at once: what arises on the way stays in the cache"""
 STEEP = 1e-3
-ROUNDS = 4
+ROUNDS = 8
 ABOUT = np.array([[-1], [0], [1]])
 SCAN, SCANNED = 10, (FINE // 64, 2)
 """places on either side of a largest sample at which a quantity with bends is looked at, and their spacings in turn"""
@@ -383,7 +383,8 @@ class Motion:
         reach: Ints | int = REACH, rounds: int = ROUNDS,
     ) -> tuple[Floats, Floats]:
         """The largest of a quantity near places, and the fine step where it is, (n,) each: by three points, which are
-        laid again where it lies beyond them, and nearer where it is steep. `of` as of `largest`."""
+        laid again where it lies beyond them, and nearer where it is steep; where it is still steep then, it is computed
+        at the place that they tell. `of` as of `largest`."""
         reach = np.broadcast_to(reach, piece.shape)
         for left in range(rounds - 1, -1, -1):
             values = np.broadcast_to(again(self.at(piece, step + reach * ABOUT)), (3, self.size))
@@ -398,6 +399,11 @@ class Motion:
                     of(rows), piece[rows], moved[rows], None, closer[rows], left)
                 break
             step, reach = np.where(more, moved, step), closer
+        rows = np.flatnonzero(values[1] - np.minimum(values[0], values[2]) > STEEP * np.abs(values[1]))
+        if rows.size and (of is None or 2 * rows.size > self.size):
+            value = np.broadcast_to(again(self.at(piece, place[None])), (1, self.size))[0]
+        elif rows.size and of is not None:
+            value[rows] = of(rows)(self.of(rows).at(piece[rows], place[rows][None]))
         return value, place
 
     def smallest(self, again: Callable[[Points], Floats], values: Floats | None = None, bent: bool = False) -> Floats:
@@ -484,7 +490,7 @@ def nearer(values: Floats, at: Floats, step: Ints, reach: Ints) -> tuple[Mask, I
     moved = np.clip(step + np.rint(at * reach).astype(np.intp), reach, FINE - reach)
     further = beyond & (moved != step)
     steep = (reach > NEAR) & (values[1] - np.minimum(values[0], values[2]) > STEEP * np.abs(values[1]))
-    closer = np.where(reach > REACH, np.where(further, reach, REACH), np.where(steep, NEAR, reach))
+    closer = np.where(reach > REACH, np.where(further, reach, REACH), np.where(steep & ~further, NEAR, reach))
     moved = np.clip(step + np.rint(at * reach).astype(np.intp), closer, FINE - closer)
     return (closer < reach) | further, moved, closer
 
