@@ -401,7 +401,7 @@ class Motion:
             step, reach = np.where(more, moved, step), closer
         rows = np.flatnonzero(values[1] - np.minimum(values[0], values[2]) > STEEP * np.abs(values[1]))
         if rows.size and (of is None or 2 * rows.size > self.size):
-            value = np.broadcast_to(again(self.at(piece, place[None])), (1, self.size))[0]
+            value = np.broadcast_to(again(self.at(piece, place[None])), (1, self.size))[0].copy()
         elif rows.size and of is not None:
             value[rows] = of(rows)(self.of(rows).at(piece[rows], place[rows][None]))
         return value, place
