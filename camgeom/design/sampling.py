@@ -61,6 +61,7 @@ class Tie:
 
     def _number(self, key: str, path: tuple[str | int, ...], columns: Mapping[str, Column], data: Data) -> Floats:
         value: Any = columns.get(key)
+        lacking = "is varied by words" if value is not None else "has no number in the profile and is not varied"
         if value is None:
             value = data
             for part in path:
@@ -70,8 +71,7 @@ class Tie:
         try:
             return np.asarray(value, dtype=np.float64) + 0.0
         except (TypeError, ValueError):
-            text = "uses a key that has no number in the profile and is not varied"
-            raise ProfileError([Problem(f"--tie {self.key}", text, key)]) from None
+            raise ProfileError([Problem(f"--tie {self.key}", f"uses a key that {lacking}", key)]) from None
 
 
 def tie(text: str) -> Tie:

@@ -113,6 +113,11 @@ def test_what_is_no_tie_is_refused(text: str, word: str) -> None:
         tie(text).values({}, {"cam": {"kind": "disc", "width": 5.0}})
 
 
+def test_a_tie_to_a_switch_that_is_varied_says_so() -> None:
+    with pytest.raises(ProfileError, match=r"varied by words \(found 'cam.run_out'\)"):
+        tie("cam.bore=10*cam.run_out").values({"cam.run_out": ["true", "false"]}, {"cam": {"run_out": True}})
+
+
 @pytest.mark.parametrize("written", ["foo*cam.width", "cam.width**", "cam.width/0", "key0+cam.width"])
 def test_a_tie_is_told_as_it_was_written(written: str) -> None:
     """Not with the names that stand for its keys, one of which was taken for the key itself."""
