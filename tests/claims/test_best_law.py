@@ -208,9 +208,11 @@ def test_a_velocity_a_little_above_the_mean_one_has_its_law_or_the_proof() -> No
         level, jerk = velocity**2 / (velocity - 1.0), 4.0 * velocity**3 / (velocity - 1.0) ** 2
         wish, smooth = Wish("peak-acceleration", velocity=velocity, **FREE), Wish("jerk", velocity=velocity)
         law, softest = found(wish), found(smooth)
-        assert law.value == pytest.approx(level, rel=1e-7)
+        # The limit may be exceeded by 1e-9 of itself: by so much of V - 1, by twice as much of its square.
+        slack = 1e-9 * velocity / (velocity - 1.0)
+        assert law.value == pytest.approx(level, rel=1e-7 + slack)
         assert law.bound == pytest.approx(level, rel=1e-6)
-        assert softest.value == pytest.approx(jerk, rel=1e-6)
+        assert softest.value == pytest.approx(jerk, rel=1e-6 + 2.0 * slack)
         assert jerk * (1.0 - 5e-4) < softest.bound <= jerk * (1.0 + 1e-9)
         within(wish, law)
         within(smooth, softest)
@@ -370,8 +372,13 @@ def test_a_search_whose_moves_are_as_small_as_the_solvers_tolerance_ends() -> No
         stalled.append(answer.status == 1)
         return answer
 
+    def stalling(*words: Any, **more: Any) -> Any:
+        # Which programmes stall hangs on the processor: the ninth does here.
+        few = {"maxiter": 1} if len(steps) == 8 else {}
+        return counted(*words, **{**more, "options": {**more["options"], **few}})
+
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("scipy.optimize.linprog", counted)
+        patch.setattr("scipy.optimize.linprog", stalling)
         # Programmes alone and to their end, whatever Newton's method or breaks that stay would find.
         patch.setattr("camgeom.motion.optimal.search.at_rest", lambda *_: None)
         patch.setattr("camgeom.motion.optimal.search.NEARLY", 0.0)
@@ -383,7 +390,7 @@ def test_a_search_whose_moves_are_as_small_as_the_solvers_tolerance_ends() -> No
     assert law.gap < 1e-2
     assert law.peaks["velocity"] <= 1.4 * (1.0 + 1e-9)
     assert law.peaks["jerk"] <= 200.0 * (1.0 + 1e-9)
-    assert any(stalled), "else this wish is no example"
+    assert any(stalled)
     assert max(steps) <= FEW + 0.1
     for wish in (Wish("residual", jerk=100.0, band=(1.5, 4.0)), Wish("peak-acceleration", jerk=60.0, velocity=1.6)):
         stalled.clear()
