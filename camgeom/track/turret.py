@@ -42,6 +42,8 @@ AT_ONCE = 2**14
 """slices of rollers that are looked at at once: what they need stays next to the processor"""
 HANDS = 6
 """rounds in which a hand-over is looked at between FAN cam angles"""
+HAIR = 1e-8
+"""rad on either side of a cam angle at which a roller comes to bear or ceases to"""
 NEARBY = 0.04
 """rad; flanks this far on either side of a contact line are looked at for what stands nearest to the roller"""
 
@@ -402,8 +404,13 @@ def least_held(tracks: tuple[Track, ...], within: Within, samples: int = 361) ->
 
 
 def largest_drive_angle(tracks: tuple[Track, ...], within: Within, samples: int = 1441) -> Extreme:
-    """Largest pressure angle, rad, at which the best placed roller has to drive or to hold."""
-    theta, step = np.linspace(0.0, TURN, samples), TURN / (samples - 1)
+    """Largest pressure angle, rad, at which the best placed roller has to drive or to hold.
+
+    It jumps where a roller comes to bear or ceases to: both sides of these are looked at too.
+    """
+    events, step = np.concatenate(comings(tracks, within)), TURN / (samples - 1)
+    theta = np.concatenate([np.linspace(0.0, TURN, samples), events - HAIR, events + HAIR])
+    theta = distinct(theta[(theta >= 0.0) & (theta <= TURN)])
     value, at = 0.0, 0.0
     for _ in range(4):
         angle = Engagement(tracks, within, theta).drive_angle.max(axis=0)

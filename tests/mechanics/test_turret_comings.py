@@ -109,3 +109,21 @@ def test_a_wall_shorter_than_the_samples_are_apart_is_looked_at(center: float, s
     [said] = judge(model, ("turret-pressure",)).findings
     assert said.level == ("fail" if short else "pass")
     assert ("wider than the roller" in str(said)) == short
+
+
+def test_the_pressure_angle_is_looked_at_where_rollers_come() -> None:
+    """The best placed roller leaves between two samples: 44.78 deg were told, of a smooth maximum elsewhere."""
+    data = read_data("profiles/parallel_index.toml")
+    data["cam"] |= {"center_distance": 144.89667, "diameter": 217.56983, "running_clearance": 0.0415649}
+    data["follower"] |= {"pitch_radius": 78.841883}
+    data["roller"] |= {"diameter": 20.92494}
+    data["motion"] = ({"until": 70.0}, {"until": 293.80834, "to": 90.0, "law": "3-4-5"}, {"until": 360.0})
+    model = Model(from_data(data))
+    turret = model.mechanism.turret
+    assert turret is not None
+    assert model.drive_angle is not None
+    coming, _ = comings(turret.bearing, model.mechanism.within)
+    beside = np.sort(np.concatenate([coming - 1e-8, coming + 1e-8]))
+    there = Engagement(turret.bearing, model.mechanism.within, beside).drive_angle.max()
+    assert np.degrees(there) > 44.9
+    assert model.drive_angle.value >= there * (1.0 - 1e-9)
