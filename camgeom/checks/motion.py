@@ -27,6 +27,9 @@ Peak = tuple[float, float, str]
 """value, mm/s (deg/s), its cam angle, rad, and whose motion it is"""
 SOLVED = {False: {"velocity": ""}, True: {"turret_velocity": ", of the turret", "load_velocity": ", of its load"}}
 """outputs of a follower and of an indexing drive that are velocities, and whose"""
+UNSTATED, WORTH, ROUNDED = 1e-2, 2e-3, 1e-6
+"""shares of a table's lift by which the motion may leave rows whose scatter is not stated, that are worth a word of
+warning, and that rows of a few digits are rounded by"""
 AT_STROKE = 1e-9
 """share of the stroke within which a dwell is at its far end"""
 FASTER = "a smaller stroke, a longer motion, a law of lower peak velocity, or a lower speed"
@@ -49,6 +52,23 @@ def _smooth(found: Continuity, advice: str, where: str = "", worst: Level = "fai
     places = ", ".join(f"{WORDS[j.order]} at {degrees(j.angle):.6g} deg" for j in bad[:6])
     return judged("continuity", float(found.order), ">=", 2.0, "order", advice.format(places),
                   cam_angle=bad[0].angle if bad else None, where=where, worst=worst)  # fmt: skip
+
+
+@check("table")
+def table(model: Model) -> Iterable[Finding]:
+    """Largest distance of the motion from the rows of a table: six times the smoothing that the profile states, else a
+    hundredth of the table's lift, of which a fifth is worth a word."""
+    unit = "deg" if model.profile.rotating else "mm"
+    for one in model.tables:
+        far, at = one.largest
+        stated = one.smoothing is not None
+        allowed = max(6.0 * (one.smoothing or 0.0), ROUNDED * one.size) if stated else UNSTATED * one.size
+        loud = stated or far > allowed
+        advice = f"the spline keeps off the rows (rms {one.rms:.3g} {unit}): state `smoothing`, the standard deviation "
+        advice += "of the lifts, raise `knots`, or end a segment where the table rests or has a corner"
+        worst: Level = "fail" if loud else "warn"
+        yield judged("table", far, "<=", allowed if loud else WORTH * one.size, unit, advice, cam_angle=at,
+                     where=f"motion[{one.segment}], {len(one.distance)} rows", worst=worst)  # fmt: skip
 
 
 @solved("velocity", "operation", slow=True)

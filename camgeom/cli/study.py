@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     bulk = Bulk(data, arguments.profile, plan, figures, _level(arguments.pressure_error))
     why = left_to_the_model(arguments, bulk)
     if arguments.pressure_error is not None and (why is not None or not bulk.leveled):
-        text = f"the exact model computes the rows ({why})" if why is not None else "is of indexers alone"
+        text = f"the exact model computes the rows ({why})" if why is not None else ROUND_ALONE
         raise UsageError(f"--pressure-error: {text}")
     if why is None:
         return run_bulk(arguments, console, bulk, engine_of(arguments))
@@ -83,6 +83,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     return status
 
 
+ROUND_ALONE = "is of round indexing cams alone: loads of a parallel indexer are shared as the exact model does"
 FEW = 200
 """variants up to which the exact model, with all its checks, takes some seconds"""
 

@@ -11,7 +11,7 @@ from typing import Any, final
 import numpy as np
 
 from camgeom.checks.verdict import ENDLESS_H
-from camgeom.design.sampling import Tie
+from camgeom.design.sampling import Tie, in_turn
 from camgeom.design.study import Axis, Data, Measure, Row, Study, Value, alike, axis
 from camgeom.errors import Problem, ProfileError, did_you_mean
 from camgeom.immutable import immutable
@@ -155,9 +155,9 @@ class Requirement:
         columns: dict[str, list[Value] | Floats] = {}
         for one, column in zip(self.free, shares.T):
             columns[one.axis.key] = one.values(column)
-        for tied in self.ties:
+        for tied in in_turn(self.ties):
             columns[tied.key] = np.broadcast_to(tied.values(columns, self.data), (len(shares),)).tolist()
-        return tuple(zip(*columns.values()))
+        return tuple(zip(*(columns[one.key] for one in self.axes)))
 
     def placed(self, points: Sequence[tuple[Value, ...]]) -> Floats:
         """Where points stand in the ranges of the free keys that are numbers, (n, k), 0 to 1."""

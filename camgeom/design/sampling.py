@@ -101,6 +101,18 @@ def tie(text: str) -> Tie:
     return Tie(key, axis(f"{key}=0").path, written, expression, paths)
 
 
+def in_turn(ties: Sequence[Tie]) -> tuple[Tie, ...]:
+    """Ties, each after those whose keys it uses. Raises ProfileError where keys follow each other in a circle."""
+    left, found = list(ties), list[Tie]()
+    while ready := [one for one in left if not {key for _, key, _ in one.names} & {other.key for other in left}]:
+        found += ready
+        left = [one for one in left if one not in ready]
+    if left:
+        text = "keys follow each other in a circle"
+        raise ProfileError([Problem("--tie", text, ", ".join(f"{one.key}={one.written}" for one in left))])
+    return tuple(found)
+
+
 @final
 @immutable(eq=True)
 class Plan:
@@ -130,6 +142,7 @@ class Plan:
             found.append(Problem("--vary", "a key is varied or tied twice", ", ".join(keys)))
         if found:
             raise ProfileError(found)
+        in_turn(self.ties)
 
     @property
     def drawn(self) -> bool:
@@ -166,9 +179,9 @@ class Plan:
                 below //= count
                 chosen = numbers // below % count
             found[one.key] = _taken(one.values, chosen)
-        for follower in self.ties:
+        for follower in in_turn(self.ties):
             found[follower.key] = np.broadcast_to(follower.values(found, data), numbers.shape).copy()
-        return found
+        return {key: found[key] for key in self.keys}
 
     def undrawn(self, data: Data) -> tuple[Value, ...]:
         """Values of all keys with every axis at its first: points drawn need not have this variant among them.
@@ -176,9 +189,9 @@ class Plan:
         Raises ProfileError where a tie uses a key that has no number.
         """
         found: dict[str, Column] = {one.key: [one.values[0]] for one in self.axes}
-        for follower in self.ties:
+        for follower in in_turn(self.ties):
             found[follower.key] = follower.reached(found, data)
-        return tuple(column[0] for column in found.values())
+        return tuple(found[key][0] for key in self.keys)
 
     def _points(self, numbers: npt.NDArray[np.int64]) -> Floats:
         """Points (n, axes) of the unit cube of the variants of these consecutive numbers."""

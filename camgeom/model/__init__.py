@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.model.arrays import MotionArrays
     from camgeom.model.loaded import ShaftDemand
+    from camgeom.model.tables import TableFit
     from camgeom.model.together import Shaft
     from camgeom.solid import Part, Solid
     from camgeom.solid.blank import Wall
@@ -141,6 +142,13 @@ class Model(Seen):
     def within(self, x: Floats) -> Floats:
         """How deep points (3, ...) of the flanks lie on the cam's material, mm, by the track that has them deepest."""
         return np.asarray(np.maximum.reduce([one.mechanism.within(x) for one in self.grooves]))
+
+    @fact
+    def tables(self) -> tuple[TableFit, ...]:
+        """How near the motion runs to the rows of every segment that follows a table."""
+        from camgeom.model.tables import table_fits
+
+        return table_fits(self)
 
     @fact
     def drive_angle(self) -> Extreme | None:

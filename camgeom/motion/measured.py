@@ -57,6 +57,8 @@ LEAST_ROWS = 8
 MOST_ROWS = 20000
 LEAST_SPAN = 1e-4
 """share of the segment between knots; rows that crowd closer cannot bend the curve further"""
+EXACT = 1e-9
+"""share of the lift within which a curve runs through rows"""
 LARGEST_FILE = 4_000_000
 """bytes; a lift table of a hundredth of a degree has less than a tenth of this"""
 
@@ -97,12 +99,15 @@ def _pairs(rows: tuple[Any, ...], key: str) -> list[tuple[float, float]]:
 
 
 def file_rows(path: Path) -> list[tuple[float, float]]:
-    """The rows of a CSV file, angle and lift. Raises ProfileError where it cannot be read or holds anything else."""
+    """The rows of a CSV file, angle and lift, below a line of words at most.
+
+    Raises ProfileError where it cannot be read or holds anything else.
+    """
     content = read_bytes(path, LARGEST_FILE, "")
     lines = [line for line in lines_of(content, "") if line.strip() and not line.lstrip().startswith("#")]
     delimiter = next((mark for mark in (";", "\t", ",") if lines and mark in lines[0]), ",")
     rows = [row[:2] for row in csv.reader(lines, delimiter=delimiter)]
-    if rows and not _is_number(rows[0][0]):
+    if rows and not any(map(_is_number, rows[0])):
         rows = rows[1:]
     return _pairs(tuple(tuple(row) for row in rows), "file")
 
@@ -128,8 +133,23 @@ def fit(x: Floats, lift: Floats, ends: Ends, deviation: float, most_knots: int, 
 
     Minimises mean((f(x_i) + zero - lift_i)²) + weight * integral(f^(order + 1)²) over f and zero. The weight makes the
     rms distance equal to `deviation`, or, where that is negative, minimises the generalised cross-validation score.
+    Where a knot for every two rows does not come as near as `deviation`, every row gets one, and where `most_knots` are
+    still too few the curve comes as near as they let it: the check `table` tells how near.
     """
-    knots = clamped(_inner_knots(x, most_knots), 2 * order + 1)
+    inner = _inner_knots(x, most_knots)
+    if deviation >= 0.0 and len(inner) < most_knots and _fitted(x, lift, ends, deviation, inner, order)[1] > max(
+        1.01 * deviation, EXACT * float(np.ptp(lift))
+    ):
+        inner = _spaced(x[1:-1])
+        inner = inner if len(inner) <= most_knots else _inner_knots(x, most_knots, 1)
+    return _fitted(x, lift, ends, deviation, inner, order)[0]
+
+
+def _fitted(
+    x: Floats, lift: Floats, ends: Ends, deviation: float, inner_knots: Floats, order: int
+) -> tuple[list[Piece], float]:
+    """The spline on these inner knots, and the rms distance by which its weight was chosen."""
+    knots = clamped(inner_knots, 2 * order + 1)
     states = ends.values(order)
     controls = [end_control(knots, 2 * order + 1, end, values) for end, values in enumerate(states)]
     outer = np.concatenate(controls)
@@ -137,7 +157,13 @@ def fit(x: Floats, lift: Floats, ends: Ends, deviation: float, most_knots: int, 
     judged = None if ends.shared else outer.tobytes()
     smoother = _smoother(x.tobytes(), lift.tobytes(), deviation, knots.tobytes(), order, judged)
     inner = smoother.free_fit - smoother.gain @ outer
-    return to_pieces(knots, 2 * order + 1, np.concatenate([controls[0], inner, controls[1]]), *states)
+    pieces = to_pieces(knots, 2 * order + 1, np.concatenate([controls[0], inner, controls[1]]), *states)
+    return pieces, smoother.distance
+
+
+def distances(wanted: Floats, found: Floats) -> Floats:
+    """How far a motion runs above the lifts of a table's rows, (n,) each, both counted from the first row."""
+    return np.asarray(found - found[0] - (wanted - wanted[0]))
 
 
 class _Smoother(NamedTuple):
@@ -145,6 +171,7 @@ class _Smoother(NamedTuple):
 
     free_fit: Floats
     gain: Floats
+    distance: float
 
 
 @lru_cache(maxsize=32)
@@ -164,21 +191,29 @@ def _smoother(x: bytes, lift: bytes, deviation: float, knots: bytes, order: int,
     outer = np.r_[0 : order + 1, count - order - 1 : count]
     if judged is None:
         # With free ends the zero is no unknown of its own: the splines hold every constant.
-        weight = _weight(data[:, :count], target, rough[:, :count], np.zeros(len(rough)), len(angles), deviation)
+        weight, distance = _weight(
+            data[:, :count], target, rough[:, :count], np.zeros(len(rough)), len(angles), deviation
+        )
     else:
         fixed = np.frombuffer(judged)
         bent = -rough[:, outer] @ fixed
-        weight = _weight(data[:, inner], target - data[:, outer] @ fixed, rough[:, inner], bent, len(angles), deviation)
+        weight, distance = _weight(
+            data[:, inner], target - data[:, outer] @ fixed, rough[:, inner], bent, len(angles), deviation
+        )
     stacked = np.vstack([data, math.sqrt(weight) * rough])
     sides = np.column_stack([np.concatenate([target, np.zeros(len(rough))]), stacked[:, outer]])
     solved = np.linalg.lstsq(stacked[:, inner], sides, rcond=None)[0][:-1]
-    return _Smoother(solved[:, 0], solved[:, 1:])
+    return _Smoother(solved[:, 0], solved[:, 1:], distance)
 
 
-def _inner_knots(x: Floats, most: int) -> Floats:
-    """Inner knots at even counts of rows, no more than one for every two rows, and not closer than LEAST_SPAN."""
-    count = min(most, max(0, len(x) // 2 - 1))
-    wanted = np.quantile(x, np.arange(1, count + 1) / (count + 1.0)) if count else np.empty(0)
+def _inner_knots(x: Floats, most: int, rows: int = 2) -> Floats:
+    """Inner knots at even counts of rows, no more than one for every so many rows, and not closer than LEAST_SPAN."""
+    count = min(most, max(0, len(x) // rows - 1))
+    return _spaced(np.quantile(x, np.arange(1, count + 1) / (count + 1.0)) if count else np.empty(0))
+
+
+def _spaced(wanted: Floats) -> Floats:
+    """These knots without those that are closer than LEAST_SPAN to one before or to an end."""
     kept = [0.0]
     for knot in wanted.tolist():
         if kept[-1] + LEAST_SPAN <= knot <= 1.0 - LEAST_SPAN:
@@ -196,10 +231,15 @@ def _roughness(knots: Floats, degree: int, order: int) -> Floats:
     return np.asarray(Basis(degree, knots).design(x, order) * scale[:, None])
 
 
-def _weight(data: Floats, target: Floats, rough: Floats, bent: Floats, count: int, deviation: float) -> float:
-    """The weight of |rough c - bent|² against |data c - target|², `count` rows being behind the data."""
+def _weight(
+    data: Floats, target: Floats, rough: Floats, bent: Floats, count: int, deviation: float
+) -> tuple[float, float]:
+    """The weight of |rough c - bent|² against |data c - target|², `count` rows being behind the data, and the rms
+    distance of those from the fit."""
     if not rough.any():
-        return 0.0  # no knots: what is left free, the table's zero, bends nothing
+        # No knots: what is left free, the table's zero, bends nothing.
+        best = np.linalg.lstsq(data, target, rcond=None)[0] if data.size else np.zeros(data.shape[1])
+        return 0.0, float(np.linalg.norm(data @ best - target))
     # One factorisation serves all weights: in this basis both forms are diagonal (Demmler and Reinsch). The hint of
     # roughness keeps it regular where a span holds no row.
     scale = 1e-9 / np.linalg.norm(rough)
@@ -213,6 +253,8 @@ def _weight(data: Floats, target: Floats, rough: Floats, bent: Floats, count: in
     residual = outside + (distance**2).sum(axis=1)
     if deviation < 0.0:
         freedom = np.maximum(1e-12, 1.0 - kept.sum(axis=1) / count)
-        return float(weights[np.argmin(residual / freedom**2)])
-    close = np.flatnonzero(residual <= deviation**2)
-    return float(weights[close[-1] if len(close) else 0])
+        chosen = int(np.argmin(residual / freedom**2))
+    else:
+        close = np.flatnonzero(residual <= deviation**2)
+        chosen = int(close[-1]) if len(close) else 0
+    return float(weights[chosen]), math.sqrt(float(residual[chosen]))

@@ -113,6 +113,21 @@ def test_what_is_no_tie_is_refused(text: str, word: str) -> None:
         tie(text).values({}, {"cam": {"kind": "disc", "width": 5.0}})
 
 
+@pytest.mark.parametrize("turned", [False, True])
+def test_ties_follow_each_other_in_any_order(turned: bool) -> None:
+    ties = [tie("cam.bore=cam.width"), tie("cam.width=cam.base_radius*0.3")]
+    made = Plan((axis("cam.base_radius=40,50"),), ties=tuple(ties[::-1] if turned else ties))
+    columns = made.columns(range(2), {"cam": {"base_radius": 30.0, "width": 14.0, "bore": 20.0}})
+    assert tuple(columns) == made.keys
+    assert list(columns["cam.bore"]) == list(columns["cam.width"]) == [12.0, 15.0]
+
+
+@pytest.mark.parametrize("written", [("cam.bore=cam.bore+1",), ("cam.bore=cam.width", "cam.width=cam.bore")])
+def test_ties_in_a_circle_are_refused(written: tuple[str, ...]) -> None:
+    with pytest.raises(ProfileError, match="in a circle"):
+        Plan((axis("cam.base_radius=40,50"),), ties=tuple(map(tie, written)))
+
+
 def test_a_tie_to_a_switch_that_is_varied_says_so() -> None:
     with pytest.raises(ProfileError, match=r"varied by words \(found 'cam.run_out'\)"):
         tie("cam.bore=10*cam.run_out").values({"cam.run_out": ["true", "false"]}, {"cam": {"run_out": True}})
@@ -370,4 +385,4 @@ def test_the_error_of_an_indexers_pressures_is_asked_for_where_it_means_somethin
     assert "needs one of 0.01 and 0.003" in capsys.readouterr().err
     command[1] = str(disc)
     assert main([*command, "0.003", "--batch"]) == 2
-    assert "of indexers alone" in capsys.readouterr().err
+    assert "of round indexing cams alone" in capsys.readouterr().err

@@ -64,6 +64,13 @@ def motion_data(model: Model) -> dict[str, Any]:
             for j in program.continuity.jumps
         ],
     }
+    if model.tables:
+        data[f"table_distance_{name}"] = max(one.largest[0] for one in model.tables)
+        data["tables"] = [
+            {"segment": one.segment, f"largest_{name}": one.largest[0], "at_deg": degrees(one.largest[1]),
+             f"rms_{name}": one.rms, "rows": len(one.distance)}
+            for one in model.tables
+        ]  # fmt: skip
     if program.best_laws:
         stated = len(model.profile.motion)
         data["best_laws"] = {
