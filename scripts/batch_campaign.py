@@ -87,7 +87,7 @@ def compare(data: Data, columns: Mapping[str, Floats]) -> Found:
             if exact is None:
                 error = 0.0 if np.isinf(mine) else np.inf
             else:
-                # A mean torque is a small rest of what comes and goes, a margin one of 1: of less than a hundredth of it.
+                # A mean torque is a rest of what comes and goes, a margin one of 1: of less than a hundredth of it.
                 least = 0.01 * abs(figures["contact.peak_torque_n_m"]) if name == MEAN else 0.01 * (name == MARGIN)
                 error = abs(mine - exact) / max(abs(exact), least) if exact else abs(mine)
             found.errors.setdefault(name, []).append(error)
