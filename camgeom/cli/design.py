@@ -38,6 +38,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     made = _globoidal(arguments) if arguments.kind == "globoidal" else _smallest(arguments)
     if arguments.file:
         write_whole(Path(arguments.file), made.text)
+    status = int(any(finding.level == "fail" for finding in made.findings))
     if arguments.json:
         data = {
             "choices": [asdict(choice) for choice in made.choices],
@@ -45,17 +46,18 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
             "profile": made.text,
         }
         console.out(json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False))
-        return 0
+        return status
     shown = [(c.what, c.value if isinstance(c.value, str) else f"{c.value:g} mm", c.why) for c in made.choices]
     # Without a file the profile alone stands on stdout, so that `> file` makes one.
     tell = console.out if arguments.file else console.err
     for line in aligned(shown):
         tell(line)
-    failed = sorted({finding.check for finding in made.findings if not finding.passed})
-    doubts = f"; look at {', '.join(failed)}" if failed else ""
-    tell(f"{len(made.findings) - len(failed)} checks pass{doubts}")
+    tell(f"{sum(finding.level == 'pass' for finding in made.findings)} findings pass")
+    for level, word in (("warn", "warned of"), ("fail", "FAILS")):
+        if found := dict.fromkeys(finding.check for finding in made.findings if finding.level == level):
+            tell(f"{word}: {', '.join(found)}; `camgeom check` tells what and where")
     console.out(f"wrote {arguments.file}" if arguments.file else made.text.rstrip("\n"))
-    return 0
+    return status
 
 
 def _refuse_idle(arguments: argparse.Namespace) -> None:

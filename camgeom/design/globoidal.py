@@ -216,7 +216,7 @@ def design(wanted: Wanted) -> Design:
     law, law_why = _law(wanted)
     rollers, form, form_why = _arrangement(wanted)
     ratio, ratio_why = _ratio(wanted, law)
-    worst: tuple[Finding, ...] = ()
+    worst: tuple[Finding, ...] | None = None
     overloaded: set[tuple[float, float]] = set()
     for trial in _candidates(wanted, law, rollers, form, ratio):
         # Neither a wider cam nor a smaller roller takes the load better.
@@ -228,6 +228,13 @@ def design(wanted: Wanted) -> Design:
         worst = failed
         if {f.check for f in failed} <= {"turret-pressure", "turret-life"}:
             overloaded.add((trial.pitch, trial.roller.diameter))
+    if worst is None:
+        smallest = f"the smallest of the series, {ROLLERS[0].diameter:g} mm"
+        raise DesignError(
+            f"no drive of this size can be tried: {rollers} rollers on a turret whose share of the centre distance is "
+            f"{ratio:.3g} by the pressure angle leave no room for a roller ({smallest}), for a shaft, or for a cam "
+            "narrow enough; give more centre distance, fewer stops, or another pressure angle"
+        )
     reasons = "; ".join(f"{f.check} {f.where} {'' if f.value is None else format(f.value, '.4g')}: {f.advice}"
                         for f in worst)
     raise DesignError(f"no drive of this size does it; the last one tried fails: {reasons}")

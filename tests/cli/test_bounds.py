@@ -111,9 +111,9 @@ def test_a_design_on_stdout_is_a_file(tmp_path: Path, capsys: pytest.CaptureFixt
     assert main(words) == 0
     said = capsys.readouterr()
     assert parse(said.out).kind == "disc"
-    assert "checks pass" in said.err
+    assert "findings pass" in said.err
     assert main([*words[:2], str(tmp_path / "cam.toml"), *words[2:]]) == 0
-    assert "checks pass" in capsys.readouterr().out
+    assert "findings pass" in capsys.readouterr().out
     assert (tmp_path / "cam.toml").read_text() == said.out
     assert main([*words, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["profile"] == said.out

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from math import degrees, hypot, pi, radians
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -255,5 +257,27 @@ def test_a_frames_cam_is_as_large_as_its_bore_needs_and_that_is_said(tmp_path, c
     assert main(["design", "constant-width", str(path)]) == 0
     out = capsys.readouterr().out
     assert "wall, profile to bore, decides" in out
-    assert "look at" not in out
+    assert "findings pass" in out
+    assert "FAILS" not in out
     assert f"wrote {path}" in out
+
+
+def test_a_design_that_fails_a_check_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As `check` does of the profile that is written: the motion is the user's."""
+    words = ["design", "disc", "--pressure-angle", "30"]
+    for law, status in (("cycloidal", 0), ("simple-harmonic", 1)):
+        given, made = tmp_path / "given.toml", tmp_path / f"{law}.toml"
+        assert main([*words[:2], str(given)]) in (0, 1)
+        capsys.readouterr()
+        given.write_text(re.sub(r'law = "[^"]*"', f'law = "{law}"', given.read_text()))
+        assert main([*words, "--profile", str(given), str(made)]) == status
+        assert ("FAILS: continuity" in capsys.readouterr().out) == bool(status)
+        assert main(["check", str(made), "--only", "checks", "--out", str(tmp_path / law)]) == status
+        assert main([*words, "--profile", str(given), "--json"]) == status
+        capsys.readouterr()
+
+
+def test_a_drive_of_which_nothing_can_be_tried_says_why(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["design", "globoidal", "--stops", "24", "--motion-angle", "90", "--center-distance", "100"]
+    assert main([*words, "--pressure-angle", "35"]) == 1
+    assert "leave no room for a roller" in capsys.readouterr().err
