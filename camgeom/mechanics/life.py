@@ -210,7 +210,9 @@ class Rolling:
         rate = contact.path_rate.reshape(-1, *contact.path_rate.shape[-2:])
         edges, inside = where.running(rate)
         check_strength(contact.pressure, material)
-        walls = np.stack([contact.behind, contact.ahead]).reshape(2, *rate.shape) / material.contact_limit**2
+        # A roller that bears on the wall ahead alone has its contacts counted from the first on that one.
+        pair = (contact.behind, contact.ahead) if contact.behind.any() else (contact.ahead, contact.behind)
+        walls = np.stack(pair).reshape(2, *rate.shape) / material.contact_limit**2
         most = float(np.max(edges[:, -1] / (np.pi * radius)))
         if most > MAX_CONTACTS:
             raise NotConverged(f"a roller point meets the walls {most:.3g} times in one cam turn, more than "

@@ -379,6 +379,9 @@ def test_nobody_pays_who_does_not_ask() -> None:
         ("disc, roller on a slide", (98, 4), 400, 64, "contact.peak_pressure_mpa"),
         # A roller's inner end comes over the barrel's face between two samples, where the angle is largest: by 2.6e-3.
         ("indexer, barrel", (17, 50), 25, 15, "flank.max_axis_pressure_angle_deg"),
+        # The roller that pushes back meets its wall once more at points past half a turn than the exact model counted.
+        ("constant width, yoke", (1, 250), 25, 11, "fatigue.roller_life_h"),
+        ("conjugate pair, rocker", (1, 325), 25, 1, "fatigue.roller_life_h"),
     ],
 )
 def test_of_places_that_are_nearly_alike_the_harder_one_is_found(
