@@ -146,6 +146,8 @@ class Model(Seen):
     @fact
     def tables(self) -> tuple[TableFit, ...]:
         """How near the motion runs to the rows of every segment that follows a table."""
+        if all(segment.law != "table" for segment in self.profile.motion):
+            return ()
         from camgeom.model.tables import table_fits
 
         return table_fits(self)

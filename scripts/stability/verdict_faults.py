@@ -900,6 +900,7 @@ FAULTS: dict[str, Fault] = {
 }  # fmt: skip
 WITHOUT = {
     "yield-tolerance": "errors of assembly are no part of the designs: tests/tolerance",
+    "table": "tables are no part of the designs: tests/profile/test_table_fit.py",
     "cycle-rate": "a rate that is asked for, and no more: tests/claims/test_cycle.py",
     "on-time": "the same",
     "velocity": "a limit of what is asked for: tests/claims/test_cycle.py",
