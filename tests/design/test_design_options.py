@@ -82,7 +82,8 @@ def test_every_option_acts_or_is_refused_by_name(
         assert (kind, option) in (("constant-width", "pressure-angle"), ("constant-width", "best-offset"),
                                   ("conjugate", "best-offset"))  # fmt: skip
     else:
-        assert status == 0, said
+        # The press of the paper stands still and starts with a jump of the acceleration.
+        assert status == int((kind, option) == ("constant-width", "profile")), said
         key = (kind, *more)
         if key not in _usual:
             _usual[key] = designed(kind, base, more, capsys)[1]
