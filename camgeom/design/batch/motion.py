@@ -250,10 +250,11 @@ class Motion:
         sure, most = (height - doubt).max(axis=0), height + doubt
         first = top_row(height)
         found, open_ = [first], [np.ones(self.size, dtype=bool)]
-        # Of halves that mirror each other one is enough.
+        # Of halves that mirror each other one is enough; two that meet where both are largest need not.
         like, bent = height[first, one], doubt[first, one]
         near = max(MIRRORED, ROUNDED * float(np.finfo(values.dtype).eps)) * np.abs(like)
-        most[(np.abs(height - like) <= near) & (np.abs(doubt - bent) <= BENT * bent + near)] = -np.inf
+        alike = (np.abs(height - like) <= near) & (np.abs(doubt - bent) <= BENT * bent + near)
+        most[alike & (bent > near)] = -np.inf
         for _ in range(min(count, len(number)) - 1):
             most[found[-1], one] = -np.inf
             best = top_row(most)
@@ -358,13 +359,16 @@ class Motion:
         values = self.spread(again) if values is None else values
         most, slip = values.max(axis=0), ROUNDED * float(np.finfo(values.dtype).eps)
         piece, step, tried = self.sought(again, values, bent)
-        found = self.top(again, piece[0], step[0], of)[0]
+        # A bend is nearer to a parabola the nearer its three points are.
+        reach = NEAR if bent else REACH
+        found = self.top(again, piece[0], step[0], of, reach)[0]
         for one, fine, there in zip(piece[1:], step[1:], tried[1:]):
             rows = np.flatnonzero(there)
             if of is None or 2 * rows.size > self.size:
-                found = np.maximum(found, self.top(again, one, fine, of)[0])
+                found = np.maximum(found, self.top(again, one, fine, of, reach)[0])
             elif rows.size:
-                found[rows] = np.maximum(found[rows], self.of(rows).top(of(rows), one[rows], fine[rows])[0])
+                more = self.of(rows).top(of(rows), one[rows], fine[rows], None, reach)[0]
+                found[rows] = np.maximum(found[rows], more)
         return np.where(most > found + slip * np.abs(found), most, found)
 
     def sought(self, again: Callable[[Points], Floats], values: Floats, bent: bool) -> tuple[Ints, Ints, Mask]:
