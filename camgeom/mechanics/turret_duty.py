@@ -52,7 +52,7 @@ from camgeom.mechanics.stiffness import Estimate, Slices
 from camgeom.track import TURN, Track
 from camgeom.track.flank import Flank
 from camgeom.track.follower import PLAIN, Ends
-from camgeom.track.turret import Beside, Engagement
+from camgeom.track.turret import BESIDE, Beside, Engagement
 
 if TYPE_CHECKING:
     from camgeom.mechanics.film import Film, Oil
@@ -66,8 +66,6 @@ STUD_SHARE = 0.5
 """Stud over roller diameter of a usual cam follower, where nothing better is known"""
 SPAN_SHARE = 1.6
 """Bearing distance of the camshaft over the cam's width, where nothing better is known"""
-BESIDE = 1e-8
-"""rad on either side of a cam angle at which a roller comes to bear or ceases to"""
 PEAKS = 3
 """samples of each quantity, the largest that stand above their neighbours, about which a larger one is looked for"""
 GAIN = 1e-9

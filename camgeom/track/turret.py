@@ -42,7 +42,7 @@ AT_ONCE = 2**14
 """slices of rollers that are looked at at once: what they need stays next to the processor"""
 HANDS = 6
 """rounds in which a hand-over is looked at between FAN cam angles"""
-HAIR = 1e-8
+BESIDE = 1e-8
 """rad on either side of a cam angle at which a roller comes to bear or ceases to"""
 NEARBY = 0.04
 """rad; flanks this far on either side of a contact line are looked at for what stands nearest to the roller"""
@@ -409,7 +409,7 @@ def largest_drive_angle(tracks: tuple[Track, ...], within: Within, samples: int 
     It jumps where a roller comes to bear or ceases to: both sides of these are looked at too.
     """
     events, step = np.concatenate(comings(tracks, within)), TURN / (samples - 1)
-    theta = np.concatenate([np.linspace(0.0, TURN, samples), events - HAIR, events + HAIR])
+    theta = np.concatenate([np.linspace(0.0, TURN, samples), events - BESIDE, events + BESIDE])
     theta = distinct(theta[(theta >= 0.0) & (theta <= TURN)])
     value, at = 0.0, 0.0
     for _ in range(4):
