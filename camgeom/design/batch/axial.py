@@ -9,8 +9,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable
+from dataclasses import replace
 from functools import partial
-from itertools import combinations
+from itertools import combinations, product
 from math import pi
 from typing import Any, Self, TypeVar, final
 
@@ -263,19 +264,32 @@ class Axial(ABC):
     def over(
         self, what: Callable[[Self, Floats, Points], Floats], places: Floats, values: Floats, motion: Motion
     ) -> Floats:
-        """Largest of a quantity over a motion and over places along the roller (k, n), (n,); values: at the samples."""
-        found = []
-        piece, step, _ = motion.tops(values)
-        for top in zip(piece, step):
-            near = motion.at(top[0], top[1][None])
-            height = np.stack([what(self, place, near)[0] for place in places])
-            best = np.broadcast_to(places, height.shape)[height.argmax(axis=0), np.arange(motion.size)]
+        """Largest of a quantity over a motion and over places along the roller (k, n), (n,).
 
-            def some(rows: Ints, best: Floats = best) -> Callable[[Points], Floats]:
-                return partial(what, self.of(rows), best[rows])
+        values  at the samples (P, n), or those of every place, (k, P, n)
+        """
+        piece, step, tried = motion.tops(values)
+        found = self._over(what, places, motion, piece[0], step[0])
+        for top in zip(piece[1:], step[1:], tried[1:]):
+            rows = np.flatnonzero(top[2])
+            if rows.size:
+                few = places[:, rows] if places.shape[1] > 1 else places
+                more = self.of(rows)._over(what, few, motion.of(rows), top[0][rows], top[1][rows])
+                found[rows] = np.maximum(found[rows], more)
+        return found
 
-            found.append(motion.top(partial(what, self, best), *top, some)[0])
-        return np.asarray(np.max(found, axis=0))
+    def _over(
+        self, what: Callable[[Self, Floats, Points], Floats], places: Floats, motion: Motion, piece: Ints, step: Ints
+    ) -> Floats:
+        """The largest near a place of the motion, at that of places along the roller where it is largest there."""
+        near = replace(motion.at(piece, step[None]), kept=True)
+        height = np.stack([what(self, place, near)[0] for place in places])
+        best = np.broadcast_to(places, height.shape)[height.argmax(axis=0), np.arange(motion.size)]
+
+        def some(rows: Ints) -> Callable[[Points], Floats]:
+            return partial(what, self.of(rows), best[rows])
+
+        return motion.top(partial(what, self, best), piece, step, some)[0]
 
     # Load
 
@@ -555,10 +569,11 @@ class Axial(ABC):
         """Whether contacts are so much narrower than the roller at some samples, and so much of it touches, that none
         can be wider."""
         found = np.ones(self.variants.size, dtype=bool)
-        points, rough = self.motion.samples.of(slice(None, None, APART)).rough, self.rough
+        rough = self.rough
         vars(rough)["_softer"] = single(self._softer)
-        force = rough.force(points)
-        for way in self.ways:
+        for part, way in product(self.motion.parts, self.ways):
+            points = replace(part.of(slice(None, None, APART)).rough, kept=True)
+            force = rough.force(points)
             near = rough.ends(points, way, force)
             wide = _only(way, force, near.square) > (0.5 * NARROW * rough.roller * near.curvature / rough.pair) ** 2
             found &= ~wide.any(axis=(0, 1)) & (near.touching > SPARE * rough.length).all(axis=0)

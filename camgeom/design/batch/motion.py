@@ -459,9 +459,11 @@ class Motion:
 
     @cached_property
     def lift_range(self) -> tuple[Floats, Floats]:
-        """Least and largest lift, mm or rad; inside a law that overshoots at the turning point that its pieces have."""
+        """Least and largest lift, mm or rad: at the ends of pieces, which a law that overshoots has where it turns."""
         s = self.samples.s
-        return s.min(axis=0), s.max(axis=0)
+        whole = self.moving * SAMPLES
+        ends = np.concatenate([s[:whole:SAMPLES], s[SAMPLES - 1 : whole : SAMPLES], s[whole:]])
+        return ends.min(axis=0), ends.max(axis=0)
 
     @property
     def top_share(self) -> Floats:

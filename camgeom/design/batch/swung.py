@@ -150,10 +150,15 @@ class Swung(Axial):
     def _largest(self, axis: bool, *places: Callable[[Swung], Floats]) -> Floats:
         """Largest pressure angle, deg, at places along the roller: both are convex functions of 1 / delta, so that
         they are largest at an end of it."""
-        def tangent(place: Callable[[Swung], Floats], way: float, drums: Swung, points: Points) -> Floats:
-            return drums._tangent(axis, place(drums), way, points)
+        def tangent(way: float, drums: Swung, place: Floats, points: Points) -> Floats:
+            return drums._tangent(axis, place, way, points)
 
-        found = [self.largest(partial(tangent, *one), self.motion) for one in product(places, self.ways)]
+        found = []
+        for way in self.ways:
+            what = partial(tangent, way)
+            samples = [self.motion.spread(partial(what, self.rough, place(self.rough)), rough=True) for place in places]
+            at = np.stack(np.broadcast_arrays(*(place(self) for place in places)))
+            found.append(self.over(what, at, np.stack(samples), self.motion))
         return np.asarray(np.degrees(np.arctan(np.max(found, axis=0))))
 
     @cached_property
