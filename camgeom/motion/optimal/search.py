@@ -39,7 +39,7 @@ PATIENT = 15
 one that has cost more than ordinary ones"""
 SHARPENED = 2
 """times that a mesh becomes finer before breaks are moved by programmes alone"""
-MOST_SPANS = 250
+MOST_SPANS = 320
 """of a mesh that shows more and more changes of the jerk no build is made: many laws are as good"""
 SHOWN = 1e-4
 """share of the lift; of a residual below that a finer mesh shows no build, and no other is tried for so much less:
