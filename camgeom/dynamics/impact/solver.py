@@ -207,37 +207,56 @@ def subpoints(record: StepRecord, trial: Trial) -> list[tuple[float, complex]]:
     return points
 
 
-def illinois(
-    at: Callable[[float], tuple[float, Stepped]],
-    low: float,
-    high: float,
-    value_low: float,
-    value_high: float,
-    made: Stepped,
-    width: float,
-) -> tuple[float, Stepped]:
-    """A sign change from not positive to positive by the Illinois rule; returns the end just past it and its step."""
-    kept = 0
-    for _ in range(100):
-        if high - low <= width or value_high == 0.0:
-            break
-        tau = low + (high - low) * value_low / (value_low - value_high) if value_low < 0.0 else 0.5 * (low + high)
-        if not low < tau < high:
-            break
-        value, trial = at(tau)
-        if value > 0.0:
-            if kept == 1:
-                value_low *= 0.5
-            kept, high, value_high, made = 1, tau, value, trial
-        else:
-            if kept == -1:
-                value_high *= 0.5
-            kept, low, value_low = -1, tau, value
-            if value == 0.0:
-                return tau, trial
-    return high, made
+class Beside(NamedTuple):
+    """A place beside an event: the time past the start of the step, what changes its sign there and how fast it does
+    (not a number where that is not known), and the step up to it."""
+
+    tau: float
+    value: float
+    slope: float
+    made: Stepped
 
 
+def crossing(at: Callable[[float], Beside], low: Beside, high: Beside, past: float, width: float) -> Beside:
+    """A place just past a sign change from not positive to positive: with a value of at most `past`, or within a width.
+
+    The cubic of the inverse function through both ends, with their slopes, tells where half of that value is.
+    """
+    goal = 0.5 * past
+    for turn in range(1, 100):
+        if high.value <= past or high.tau - low.tau <= width:
+            break
+        tau = _inverse(low, high, goal)
+        if turn % HALVED == 0 or not low.tau < tau < high.tau:
+            tau = 0.5 * (low.tau + high.tau)
+            if not low.tau < tau < high.tau:
+                break
+        found = at(tau)
+        if 0.0 < found.value <= past:
+            return found
+        low, high = (low, found) if found.value > 0.0 else (found, high)
+    return high
+
+
+def _inverse(low: Beside, high: Beside, goal: float) -> float:
+    """Where a function that rises reaches a value, by the cubic of its inverse; by the chord without its slopes."""
+    long, rise = high.tau - low.tau, high.value - low.value
+    share = (goal - low.value) / rise
+    left, right = low.slope * long, high.slope * long
+    if not (left > FLAT * rise and right > FLAT * rise):
+        return low.tau + long * share
+    # Shares of the time over shares of the rise; as steep as rise / left and rise / right at its ends.
+    rest = 1.0 - share
+    bend = rest * (rise / left - 1.0) - share * (rise / right - 1.0)
+    return low.tau + long * share * (1.0 + rest * bend)
+
+
+HALVED = 6
+"""guesses after which one halves what is left, whatever the cubic says"""
+FLAT = 0.2
+"""of the chord's slope; with less than that at an end the cubic of the inverse is no guide"""
+PAST = 1e-3
+"""of the tolerance, by which a contact may have begun or ended where it is placed"""
 FIRST_STEP = 1e-6
 """of a turn, after every restart: an automatic first step would be judged at zero force"""
 AFTER_KNOT = 0.1
@@ -426,7 +445,7 @@ class _Walk:
         for j, (share, state) in enumerate(points):
             t = record.time + share * trial.length if share < 1.0 else trial.time
             for which in watched:
-                if self._crossed(regime, which, t, state) > 0.0:
+                if self._crossed(regime, which, t, state)[0] > 0.0:
                     low = points[j - 1][0] if j else 0.0
                     return self._placed(regime, rate, record, which, low * trial.length, share * trial.length)
         return None
@@ -439,36 +458,40 @@ class _Walk:
         fastest = max(abs(first.imag), abs(second.imag)) * self.machine.levers[regime.state - 1]
         return bool(2.0 * fastest * self.machine.factor > regime.approach)
 
-    def _crossed(self, regime: Regime, which: int, t: float, y: complex) -> float:
-        """Positive once the event has happened."""
+    def _crossed(self, regime: Regime, which: int, t: float, y: complex) -> tuple[float, float]:
+        """Positive once the event has happened, and its rate of change, where that is known."""
         if which < 2:
-            return self.machine.depth(which, regime, t, y)[0]
+            return self.machine.depth(which, regime, t, y)
         side = regime.state - 1
         if which == 2:
-            return -self.machine.depth(side, regime, t, y)[0]
+            depth, rate = self.machine.depth(side, regime, t, y)
+            return -depth, -rate
         share = self.machine.approach(side, regime, t, y)[2]
-        return share if regime.clipped else -share
+        return share if regime.clipped else -share, math.nan
 
     def _placed(
         self, regime: Regime, rate: Rate, record: StepRecord, which: int, low: float, high: float
     ) -> tuple[float, Stepped, int] | None:
         """The event between two times past the start of the step, by repeating the step to ever better guesses."""
 
-        def at(tau: float) -> tuple[float, Stepped]:
+        def at(tau: float) -> Beside:
             made = step(rate, record.time, record.state, record.rate, record.powers, tau)
             self.calls += 11
-            return self._crossed(regime, which, record.time + tau, follower(made.state)), made
+            return Beside(tau, *self._crossed(regime, which, record.time + tau, follower(made.state)), made)
 
-        value_high, made = at(high)
-        if value_high <= 0.0:
+        end = at(high)
+        if end.value <= 0.0:
             return None
         if low == 0.0:
-            value_low = min(self._crossed(regime, which, record.time, follower(record.state)), 0.0)
+            value, slope = self._crossed(regime, which, record.time, follower(record.state))
+            begin = Beside(0.0, min(value, 0.0), slope, end.made)
         else:
-            value_low = at(low)[0]
-            if value_low > 0.0:
+            begin = at(low)
+            if begin.value > 0.0:
                 return self._placed(regime, rate, record, which, 0.0, low)
-        return (*illinois(at, low, high, value_low, value_high, made, 1e-15 * (1.0 + abs(record.time))), which)
+        past = PAST * self.rtol * (self.machine.eta_scale if which < 3 else 1.0)
+        found = crossing(at, begin, end, past, 1e-15 * (1.0 + abs(record.time)))
+        return found.tau, found.made, which
 
     def _changed(self, regime: Regime, which: int, t: float, y: complex) -> Regime:
         """The regime after an event, which is noted."""
