@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from camgeom.cams.cylindrical import Cylindrical
 from camgeom.design.batch.legs import FINE
-from camgeom.design.batch.motion import REACH, ROUNDS, Ints, Motion, Points, nearer, single, vertex
+from camgeom.design.batch.motion import ABOUT, NEAR, REACH, ROUNDS, Ints, Motion, Points, nearer, single, vertex
 from camgeom.design.batch.variants import Mask, Variants, demand_of
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
@@ -486,7 +486,7 @@ class Axial(ABC):
         inner, outer, touching = (np.concatenate(one) for one in zip(*found))
         lost = self._lost(way, touching)
         # Either end of the roller may be the harder one.
-        square, k, touching = self._sought(way, *self.motion.tops(np.stack([inner, outer]), MOST, OFF))
+        square, k, touching = self._sought(way, *self.motion.tops(np.stack([inner, outer]), MOST, OFF, self.guided))
         slices = np.where(lost, np.inf, np.sqrt(np.maximum(square, 0.0)))
         return Hard(slices, np.where(lost, 1.0 / self.roller, k), np.where(lost, 0.0, touching))
 
@@ -497,7 +497,7 @@ class Axial(ABC):
             # Both ends of a roller are as hard at about the same place.
             tried[j] &= ~(tried[i] & (piece[i] == piece[j]) & (np.abs(step[i] - step[j]) <= REACH))
         _, variant = np.nonzero(tried)
-        value, place = self._tops(way, variant, piece[tried], step[tried])
+        value, place = self._tops(way, variant, piece[tried], self._scanned(way, variant, piece[tried], step[tried]))
         best = np.full(self.motion.size, -np.inf)
         np.maximum.at(best, variant, value)
         left = value >= (1.0 - 2.0 * OFF) * best[variant]
@@ -512,14 +512,25 @@ class Axial(ABC):
         every[:, tried] = square[which], near.curvature[:, 0][which], near.touching[0]
         return np.asarray(every[:, every[0].argmax(axis=0), np.arange(self.motion.size)])
 
+    def _scanned(self, way: float, variant: Ints, piece: Ints, step: Ints) -> Ints:
+        """The fine steps about places where the contact is hardest; those themselves where it has no bends."""
+        if not self.guided:
+            return step
+        part = self.of(variant)
+        return part.motion.scanned(partial(part._hardness, way), piece[None], step[None])[0]
+
+    def _hardness(self, way: float, points: Points) -> Floats:
+        """Square of the largest pressure, MPa², within OFF."""
+        force = self.force(points)
+        return _only(way, force, np.asarray(self.slices(points, way, force, FEW, 1).square.max(axis=0)))
+
     def _tops(self, way: float, variant: Ints, piece: Ints, step: Ints) -> tuple[Floats, Floats]:
         """Square of the largest pressure about places, MPa², within OFF, and the fine step where it is, (N,)."""
         value, place = np.empty((2, len(variant)))
-        rows, part, reach = np.arange(len(variant)), self.of(variant), np.full(len(variant), REACH)
+        rows, part = np.arange(len(variant)), self.of(variant)
+        reach = np.full(len(variant), NEAR if self.guided else REACH)
         for _ in range(TRIALS):
-            points = part.motion.at(piece, step + reach * np.array([[-1], [0], [1]]))
-            force = part.force(points)
-            values = _only(way, force, part.slices(points, way, force, FEW, 1).square.max(axis=0))
+            values = part._hardness(way, part.motion.at(piece, step + reach * ABOUT))
             at, top = vertex(*values)
             value[rows], place[rows] = top, step + at * reach
             more, moved, closer = nearer(values, at, step, reach)

@@ -227,25 +227,33 @@ class Motion:
         middle = values.shape[1] // 2
         return np.concatenate([moving, values[self.moving :, middle]]) if self.moving < len(values) else moving
 
-    def tops(self, values: Floats, count: int = TOPS, off: float = 0.0) -> tuple[Ints, Ints, Mask]:
+    def tops(
+        self, values: Floats, count: int = TOPS, off: float = 0.0, bent: bool = False
+    ) -> tuple[Ints, Ints, Mask]:
         """Where samples, (P, n) or (m, P, n) of m quantities, are largest: pieces and fine steps, (k, n), of the best
         and of others, `count` in all at most, and whether they may hold more than the best. Samples do not tell which
         of two that are nearly alike is larger, and both halves of a move may be alike.
 
-        off  share of themselves by which the values may be off
+        off   share of themselves by which the values may be off
+        bent  whether both halves of a piece may have a peak of their own
         """
         whole, one = self.moving * SAMPLES, np.arange(self.size)
         every = whole + len(self.rows) - self.moving
         values = np.broadcast_to(values, (*values.shape[:-2], every, self.size)).reshape(-1, every, self.size)
         samples = values[:, :whole].reshape(-1, SAMPLES, self.size)
+        if bent:
+            samples = np.concatenate([samples[:, : SAMPLES // 2 + 1], samples[:, SAMPLES // 2 :]])
         # A piece that rests has one value.
         rests = values[:, whole:].reshape(-1, self.size)
         beside: tuple[Floats | Ints, ...] = (np.full(rests.shape, FINE // 2), rests, np.zeros(rests.shape))
         step, height, doubt = (
             np.concatenate([each.reshape(-1, self.size), rest]) for each, rest in zip(_highest(samples), beside)
         )
-        numbers = np.tile(np.arange(len(self.rows)), (len(values), 1))
-        number = np.concatenate([part.reshape(-1) for part in np.split(numbers, [self.moving], axis=1)])
+        moving, resting = (np.tile(part, len(values)) for part in np.split(np.arange(len(self.rows)), [self.moving]))
+        number = np.concatenate([moving, resting])
+        if bent:
+            number = np.concatenate([moving, number])
+            step[len(moving) : 2 * len(moving)] += FINE // 2
         doubt += off * np.abs(height)
         sure, most = (height - doubt).max(axis=0), height + doubt
         first = top_row(height)
@@ -374,13 +382,17 @@ class Motion:
     def sought(self, again: Callable[[Points], Floats], values: Floats, bent: bool) -> tuple[Ints, Ints, Mask]:
         """Where samples (P, n) of a quantity are largest: pieces and fine steps, (k, n), and whether they may hold
         more than the first."""
-        piece, step, tried = self.tops(values)
-        for spacing in SCANNED if bent else ():
+        piece, step, tried = self.tops(values, bent=bent)
+        return piece, self.scanned(again, piece, step) if bent else step, tried
+
+    def scanned(self, again: Callable[[Points], Floats], piece: Ints, step: Ints) -> Ints:
+        """The fine steps about these, (k, n), at which a quantity with bends is largest."""
+        for spacing in SCANNED:
             steps = np.clip(step + spacing * np.arange(-SCAN, SCAN + 1)[:, None, None], REACH, FINE - REACH)
             found = np.broadcast_to(again(self.at(piece, steps)), (steps.size // self.size, self.size))
             top = top_row(found.reshape(len(steps), -1)).reshape(piece.shape)
             step = np.take_along_axis(steps, top[None], axis=0)[0]
-        return piece, step, tried
+        return step
 
     def top(
         self, again: Callable[[Points], Floats], piece: Ints, step: Ints, of: Some | None = None,
@@ -512,12 +524,13 @@ def top_row(values: Floats) -> Ints:
 
 
 def _highest(values: Floats) -> tuple[Ints, Floats, Floats]:
-    """Of samples (K, SAMPLES, n) of pieces the fine step of the largest value, by parabolas through the largest sample
+    """Of even samples (K, m, n) of pieces or halves the fine step of the largest value, by parabolas through the largest sample
     and its neighbours, the height there, and how far that may be off: four times what a parabola can stand above its
     samples, nothing at the end of a piece, where there is a sample; (K, n) each."""
-    last, size = SAMPLES - 1, values.shape[2]
+    last, size = values.shape[1] - 1, values.shape[2]
+    spacing = FINE // (SAMPLES - 1)
     top, one = np.clip(top_row(values.swapaxes(0, 1)), 1, last - 1), np.arange(size)
-    flat, middle = values.reshape(-1), (SAMPLES * np.arange(len(values))[:, None] + top) * size + one
+    flat, middle = values.reshape(-1), ((last + 1) * np.arange(len(values))[:, None] + top) * size + one
     low, mid, high = (flat.take(middle + k * size) for k in (-1, 0, 1))
     at, height = vertex(low, mid, high)
     place, bend = top + at, np.abs(low - 2.0 * mid + high)
@@ -528,7 +541,7 @@ def _highest(values: Floats) -> tuple[Ints, Floats, Floats]:
         higher = np.nonzero(other > height)
         place[higher], height[higher] = beside + at[higher], other[higher]
         bend[higher] = np.abs(low - 2.0 * mid + high)[higher]
-    step = np.clip(np.rint(place * (FINE // last)).astype(np.intp), REACH, FINE - REACH)
+    step = np.clip(np.rint(place * spacing).astype(np.intp), REACH, last * spacing - REACH)
     return step, height, np.where((place <= 0.0) | (place >= last), 0.0, 0.5 * bend)
 
 
