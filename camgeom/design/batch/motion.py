@@ -524,9 +524,9 @@ def top_row(values: Floats) -> Ints:
 
 
 def _highest(values: Floats) -> tuple[Ints, Floats, Floats]:
-    """Of even samples (K, m, n) of pieces or halves the fine step of the largest value, by parabolas through the largest sample
-    and its neighbours, the height there, and how far that may be off: four times what a parabola can stand above its
-    samples, nothing at the end of a piece, where there is a sample; (K, n) each."""
+    """Of even samples (K, m, n) of pieces or halves the fine step of the largest value, by parabolas through the
+    largest sample and its neighbours, the height there, and how far that may be off: four times what a parabola can
+    stand above its samples, nothing at the end of a piece, where there is a sample; (K, n) each."""
     last, size = values.shape[1] - 1, values.shape[2]
     spacing = FINE // (SAMPLES - 1)
     top, one = np.clip(top_row(values.swapaxes(0, 1)), 1, last - 1), np.arange(size)
