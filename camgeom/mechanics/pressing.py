@@ -15,7 +15,7 @@ from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
-from camgeom.maths.panels import Panels, roots
+from camgeom.maths.panels import Panels, resolved, roots
 from camgeom.maths.surface import dot
 from camgeom.mechanics.contact import Contact, line_contacts
 from camgeom.mechanics.load import FLAT, QUIET, FollowerForce, Load, guided_force, normal_force
@@ -26,6 +26,10 @@ from camgeom.track.runout import Within, touching, wall_ends
 
 SLICES = 9
 """equal shares of the length that touches"""
+RESOLVED, KEEN = 1e-4, 3
+"""share of the largest square of pressure to which panels resolve it, and how often they are halved for that"""
+NO_RADIUS = 1e-3
+"""mm; smaller relative radii count as so much where panels are laid"""
 Mask = npt.NDArray[np.bool_]
 Kind = TypeVar("Kind", bound=np.generic)
 
@@ -81,11 +85,26 @@ class Pressing:
         edges = np.concatenate([zeros, *self._square(full.panels)])
         if edges.size:
             full = self.load.sampled(full.panels.split(edges))
+        keen = resolved(lambda theta: self._hardness(full, theta), full.panels, RESOLVED, KEEN)
+        if len(keen.half) > len(full.panels.half):
+            full = self.load.sampled(keen)
         if len(self.track.sides) > 1:
             return full
         wall = Flank(self.track, full.panels.theta[0], np.array([self.station]), self.track.sides[0])
         sign = 1.0 if wall.behind else -1.0
         return replace(full, force=np.maximum(sign * full.force, 0.0) * sign)
+
+    def _hardness(self, full: FollowerForce, theta: Floats) -> Floats:
+        """The force times the relative curvature of the wall that it presses, at either end of the roller and at cam
+        angles (p, n), (2, p, n): what the square of the pressure goes with, and may peak in less than a panel."""
+        ends = self.track.meridian.parameters(np.array(sorted(self.track.contact)))
+        force = full.panels.at(full.force, theta.ravel())
+        found = np.zeros((2, theta.size))
+        for side in self.track.sides:
+            flank = Flank(self.track, theta.ravel(), ends, side)
+            pressed = (force >= 0.0) if flank.behind else (force < 0.0)
+            found[:, pressed] = np.clip(flank.k_rel[pressed].T, 0.0, 1.0 / NO_RADIUS) * np.abs(force[pressed])
+        return found.reshape(2, *theta.shape)
 
     def _square(self, panels: Panels) -> list[Floats]:
         """Cam angles, rad, at which a planar cam's pressure angle passes zero: the thrust on a slide's guides has a

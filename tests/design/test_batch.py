@@ -114,11 +114,37 @@ def test_a_roller_pressed_beyond_its_wall_has_no_bound_of_pressure() -> None:
 
 def test_a_contact_wider_than_its_roller_is_told_whatever_is_asked() -> None:
     """Slices are computed where they are asked for, or where a contact may be as wide as its roller."""
-    data, columns = CASES["drum, groove, arm"](np.random.default_rng([2, 7]), 2000)
+    rng = np.random.default_rng([2, 7])
+    data, columns = CASES["drum, groove, arm"](rng, 2000)
+    columns["material.cam.elastic_modulus"] = rng.uniform(1.0, 1000.0, 2000)
     lives = "fatigue.cam_life_h", "fatigue.cam_slice_life_h"
     few, every = (evaluate(from_data(data), columns, lives[:count]) for count in (1, 2))
     assert few.words == every.words
-    assert 0 < sum("wider" in word for word in every.words) < 20
+    wide = [i for i, word in enumerate(every.words) if "wider" in word]
+    assert 0 < len(wide) < 20
+    assert not compare(data, {key: values[wide[:3]] for key, values in columns.items()}).wrong
+
+
+def test_a_roller_that_loses_its_wall_for_a_moment_is_not_wider_than_its_contact() -> None:
+    """Where hardly anything of it touches there is no pressure, as the exact model has it: three of these designs were
+    said to have contacts wider than their rollers."""
+    data, columns = CASES["drum, groove, arm"](np.random.default_rng([2, 7]), 2000)
+    found = compare(data, {key: values[[71, 828, 1518]] for key, values in columns.items()})
+    assert not found.wrong
+    assert found.exist == 3
+    assert max(found.errors["contact.contact_length_mm"]) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("number", "row"), [(300, 17), (100, 17)], ids=["two peaks in a piece", "a keen peak of the end of the roller"]
+)
+def test_where_guides_rub_peaks_are_as_the_exact_model_has_them(number: int, row: int) -> None:
+    """The second one's panels left 4.6e-4 of the pressure, and 2.7e-3 of the life, in the exact model itself."""
+    data, columns = CASES["drum, groove, guides"](np.random.default_rng([1, number]), 25)
+    found = compare(data, {key: values[row : row + 1] for key, values in columns.items()})
+    assert not found.wrong
+    assert found.exist == 1
+    assert max(found.worst().values()) < 3e-4
 
 
 def test_a_ribs_roller_that_never_presses_has_no_pressure() -> None:

@@ -10,7 +10,7 @@ from camgeom.dynamics.impact.laws import Coulomb, HertzLine, ImpactDamping, Ramp
 from camgeom.dynamics.impact.lift import Lift, MotionArc
 from camgeom.dynamics.impact.problem import ImpactLoad, ImpactProblem, RollerSpin, State
 from camgeom.dynamics.impact.run import ImpactRun, solve
-from camgeom.dynamics.impact.solver import step
+from camgeom.dynamics.impact.solver import Beside, Stepped, crossing, step
 from camgeom.errors import NotConverged, ProfileError
 from tests.reference.impact_reference import BASE, LENGTH, LOWEST, MODULUS, ROLLER, b1_pair, b1_problem, frame_pair
 
@@ -48,6 +48,33 @@ def test_trajectory_of_the_reference_mechanism(
     assert run.peak("force_main").value == pytest.approx(main, rel=1e-7)
     assert run.peak("force_return").value == pytest.approx(back, rel=1e-7)
     assert len(run.recorded.events) == events
+
+
+FUNCTIONS = {
+    "a parabola": (lambda t: (t - 0.3) * (t + 2.0), lambda t: 2.0 * t + 1.7, 0.3, 4),
+    "a touch that turns": (lambda t: (t - 0.3) ** 3 + 1e-3 * (t - 0.3), lambda t: 3.0 * (t - 0.3) ** 2 + 1e-3, 0.3, 20),
+    "a wave": (lambda t: math.sin(3.0 * (t - 0.61)), lambda t: 3.0 * math.cos(3.0 * (t - 0.61)), 0.61, 6),
+    "no slope": (lambda t: math.expm1(4.0 * (t - 0.7)), lambda _: math.nan, 0.7, 30),
+}
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_an_event_is_placed_a_hair_past_its_time(name: str) -> None:
+    """By the cubic of the inverse, in a few steps where its slopes are known; never before it."""
+    function, slope, root, most = FUNCTIONS[name]
+    nothing = Stepped(0j, 0j, 0j, 0j)
+    count = 0
+
+    def at(tau: float) -> Beside:
+        nonlocal count
+        count += 1
+        return Beside(tau, function(tau), slope(tau), nothing)
+
+    found = crossing(at, at(0.0), at(1.0), 1e-12, 1e-15)
+    assert 0.0 < found.value <= 1e-12 or found.tau - root < 2e-15
+    assert found.tau > root
+    assert found.tau == pytest.approx(root, abs=1e-9)
+    assert count - 2 <= most
 
 
 def test_first_events() -> None:

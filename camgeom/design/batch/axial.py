@@ -487,6 +487,7 @@ class Axial(ABC):
         lost = self._lost(way, touching)
         # Either end of the roller may be the harder one.
         square, k, touching = self._sought(way, *self.motion.tops(np.stack([inner, outer]), MOST, OFF, self.guided))
+        lost |= touching <= 2.0 * NONE * self.length
         slices = np.where(lost, np.inf, np.sqrt(np.maximum(square, 0.0)))
         return Hard(slices, np.where(lost, 1.0 / self.roller, k), np.where(lost, 0.0, touching))
 
@@ -517,7 +518,8 @@ class Axial(ABC):
         if not self.guided:
             return step
         part = self.of(variant)
-        return part.motion.scanned(partial(part._hardness, way), piece[None], step[None])[0]
+        found: Ints = part.motion.scanned(partial(part._hardness, way), piece[None], step[None])[0]
+        return found
 
     def _hardness(self, way: float, points: Points) -> Floats:
         """Square of the largest pressure, MPa², within OFF."""

@@ -244,25 +244,25 @@ class Motion:
         if bent:
             samples = np.concatenate([samples[:, : SAMPLES // 2 + 1], samples[:, SAMPLES // 2 :]])
         # A piece that rests has one value.
-        rests = values[:, whole:].reshape(-1, self.size)
-        beside: tuple[Floats | Ints, ...] = (np.full(rests.shape, FINE // 2), rests, np.zeros(rests.shape))
+        still = values[:, whole:].reshape(-1, self.size)
+        beside: tuple[Floats | Ints, ...] = (np.full(still.shape, FINE // 2), still, np.zeros(still.shape))
         step, height, doubt = (
-            np.concatenate([each.reshape(-1, self.size), rest]) for each, rest in zip(_highest(samples), beside)
+            np.concatenate([one.reshape(-1, self.size), rest]) for one, rest in zip(_highest(samples), beside)
         )
-        moving, resting = (np.tile(part, len(values)) for part in np.split(np.arange(len(self.rows)), [self.moving]))
-        number = np.concatenate([moving, resting])
+        each = np.arange(len(self.rows))
+        moves, rests = (np.tile(part, len(values)) for part in (each[: self.moving], each[self.moving :]))
+        number = np.concatenate([moves, moves, rests] if bent else [moves, rests])
         if bent:
-            number = np.concatenate([moving, number])
-            step[len(moving) : 2 * len(moving)] += FINE // 2
+            step[len(moves) : 2 * len(moves)] += FINE // 2
         doubt += off * np.abs(height)
         sure, most = (height - doubt).max(axis=0), height + doubt
         first = top_row(height)
         found, open_ = [first], [np.ones(self.size, dtype=bool)]
         # Of halves that mirror each other one is enough; two that meet where both are largest need not.
-        like, bent = height[first, one], doubt[first, one]
+        like, bow = height[first, one], doubt[first, one]
         near = max(MIRRORED, ROUNDED * float(np.finfo(values.dtype).eps)) * np.abs(like)
-        alike = (np.abs(height - like) <= near) & (np.abs(doubt - bent) <= BENT * bent + near)
-        most[alike & (bent > near)] = -np.inf
+        alike = (np.abs(height - like) <= near) & (np.abs(doubt - bow) <= BENT * bow + near)
+        most[alike & (bow > near)] = -np.inf
         for _ in range(min(count, len(number)) - 1):
             most[found[-1], one] = -np.inf
             best = top_row(most)

@@ -222,18 +222,20 @@ def crossing(at: Callable[[float], Beside], low: Beside, high: Beside, past: flo
 
     The cubic of the inverse function through both ends, with their slopes, tells where half of that value is.
     """
-    goal = 0.5 * past
-    for turn in range(1, 100):
+    goal, stalled = 0.5 * past, False
+    for _ in range(100):
         if high.value <= past or high.tau - low.tau <= width:
             break
         tau = _inverse(low, high, goal)
-        if turn % HALVED == 0 or not low.tau < tau < high.tau:
+        if stalled or not low.tau < tau < high.tau:
             tau = 0.5 * (low.tau + high.tau)
             if not low.tau < tau < high.tau:
                 break
         found = at(tau)
         if 0.0 < found.value <= past:
             return found
+        # A guess that is no nearer by half than the ends are is followed by half of what is left.
+        stalled = not stalled and abs(found.value) > 0.5 * min(-low.value, high.value)
         low, high = (low, found) if found.value > 0.0 else (found, high)
     return high
 
@@ -251,8 +253,6 @@ def _inverse(low: Beside, high: Beside, goal: float) -> float:
     return low.tau + long * share * (1.0 + rest * bend)
 
 
-HALVED = 6
-"""guesses after which one halves what is left, whatever the cubic says"""
 FLAT = 0.2
 """of the chord's slope; with less than that at an end the cubic of the inverse is no guide"""
 PAST = 1e-3
