@@ -428,8 +428,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         return status
     except CamgeomError as error:
         return _failed(console, f"camgeom: {error}", error.exit_status)
-    except KeyboardInterrupt:
-        return _failed(console, "camgeom: interrupted", 130)
+    except KeyboardInterrupt as stop:
+        # With its name by SIGTERM, see camgeom.__main__.
+        return _failed(console, *(("camgeom: terminated", 143) if stop.args else ("camgeom: interrupted", 130)))
     except BrokenPipeError:
         _discard(sys.stdout)
         return 0

@@ -97,6 +97,7 @@ def begin_worker(files: Iterable[str]) -> None:
     from threading import Thread
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     if (parent := parent_process()) is not None:
 
         def end_after() -> None:

@@ -14,19 +14,22 @@ import numpy as np
 from camgeom.errors import GeometryEngineError
 from camgeom.maths.mesh import Mesh
 
+ENDING = (signal.SIGINT, signal.SIGTERM)
+
 
 def library() -> Any:
-    """manifold3d. An interrupt that comes while it loads waits: inside of it, it would end the process."""
+    """manifold3d. An interrupt, or SIGTERM, that comes while it loads waits: inside of it, it would end the process."""
     if "manifold3d" not in sys.modules and current_thread() is main_thread():
         came: list[int] = []
-        before = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
+        before = {one: signal.signal(one, lambda number, _: came.append(number)) for one in ENDING}
         try:
             import_module("manifold3d")
         finally:
-            # None: a handler that is not Python's
-            signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)
-        if came:
-            signal.raise_signal(signal.SIGINT)
+            for one, handler in before.items():
+                # None: a handler that is not Python's
+                signal.signal(one, signal.SIG_DFL if handler is None else handler)
+        for number in came[:1]:
+            signal.raise_signal(number)
     return import_module("manifold3d")
 
 

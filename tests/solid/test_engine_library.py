@@ -15,13 +15,13 @@ import enum, os, signal, sys
 import numpy
 from camgeom.solid.engine import library
 
-signal.signal(signal.SIGINT, {handler})
+signal.signal(signal.{how}, {handler})
 make, count = enum.EnumType.__call__, 0
 def interrupting(cls, *given, **named):
     global count
     count += 1
     if count == {at}:
-        os.kill(os.getpid(), signal.SIGINT)
+        os.kill(os.getpid(), signal.{how})
     return make(cls, *given, **named)
 enum.EnumType.__call__ = interrupting
 try:
@@ -36,9 +36,10 @@ assert count >= {at}, count
 @pytest.mark.parametrize("at", [3, 5])
 @pytest.mark.parametrize(("handler", "said"), [("signal.default_int_handler", "interrupted True"),
                                                ("signal.SIG_IGN", "loaded")])  # fmt: skip
-def test_an_interrupt_waits_while_the_engine_loads(at: int, handler: str, said: str) -> None:
+@pytest.mark.parametrize("how", ["SIGINT", "SIGTERM"])
+def test_an_interrupt_waits_while_the_engine_loads(how: str, at: int, handler: str, said: str) -> None:
     """Its enumerations are made by Python, where an interrupt ended the process: "terminate called"."""
-    code = INTERRUPTED.format(at=at, handler=handler)
+    code = INTERRUPTED.format(at=at, handler=handler, how=how)
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (ended.returncode, ended.stdout.strip(), ended.stderr) == (0, said, "")
 
