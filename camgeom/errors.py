@@ -126,6 +126,12 @@ class Unmade:
     trace: str = ""
 
 
+def starved(error: BaseException) -> bool:
+    """Whether memory ran out: a thread that has no room for its stack says so in its own way."""
+    thread = isinstance(error, RuntimeError) and "start new thread" in str(error)
+    return thread or isinstance(error, MemoryError) or isinstance(error.__cause__, MemoryError)
+
+
 def unmade(error: Exception) -> Unmade:
     """What an exception says about the product that it ended; its reason is one line.
 
@@ -145,7 +151,7 @@ def unmade(error: Exception) -> Unmade:
         return Unmade("refused", text, cause.exit_status)
     if isinstance(cause, CamgeomError):
         return Unmade("failed", text, 1 if isinstance(cause, ExportError) else cause.exit_status)
-    if isinstance(error, MemoryError) or isinstance(error.__cause__, MemoryError):
+    if starved(error):
         return Unmade("failed", "out of memory; a larger output.tolerance needs less", 3)
     if isinstance(error, ImportError):
         return Unmade("failed", f"a library that it needs cannot be loaded: {text}", 1)

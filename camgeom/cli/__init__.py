@@ -17,7 +17,7 @@ from importlib import import_module
 from math import inf, isfinite
 from typing import Any, NoReturn, TextIO
 
-from camgeom.errors import CamgeomError, visible
+from camgeom.errors import CamgeomError, starved, visible
 from camgeom.immutable import immutable
 from camgeom.version import __version__
 
@@ -434,13 +434,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         _discard(sys.stdout)
         return 0
-    except MemoryError:
-        return _failed(console, "camgeom: out of memory; a larger --tolerance needs less", 3)
     except OSError as error:
         _discard(sys.stdout)
         where = f"{error.filename}: " if error.filename else ""
         return _failed(console, f"camgeom: {where}{error.strerror or error}", 3)
     except Exception as error:
+        if starved(error):
+            return _failed(console, "camgeom: out of memory; a larger --tolerance needs less", 3)
         if os.environ.get("CAMGEOM_DEBUG") == "1":
             raise
         reason = " ".join(str(error).split())[:200]

@@ -49,6 +49,7 @@ def ran(profile: Path, capsys: pytest.CaptureFixture[str], *words: str) -> tuple
         (NotConverged("lost\nits way"), "failed", 3, "lost its way"),
         (GeometryEngineError("status 3"), "failed", 3, "status 3"),
         (MemoryError(), "failed", 3, "out of memory; a larger output.tolerance needs less"),
+        (RuntimeError("can't start new thread"), "failed", 3, "out of memory; a larger output.tolerance needs less"),
         (ModuleNotFoundError("No module named 'ezdxf'"), "failed", 1, "No module named 'ezdxf'"),
         (PermissionError(13, "Permission denied", "x.csv"), "failed", 1, "x.csv: Permission denied"),
         (ZeroDivisionError("by 0"), "failed", 3, "ZeroDivisionError: by 0; this is a bug"),
