@@ -68,7 +68,8 @@ def table(model: Model) -> Iterable[Finding]:
         advice += "of the lifts, raise `knots`, or end a segment where the table rests or has a corner"
         worst: Level = "fail" if loud else "warn"
         yield judged("table", far, "<=", allowed if loud else WORTH * one.size, unit, advice, cam_angle=at,
-                     where=f"motion[{one.segment}], {len(one.distance)} rows", worst=worst)  # fmt: skip
+                     where=f"motion[{one.segment}], {len(one.distance)} rows{', ' * bool(one.laid)}{one.laid}",
+                     worst=worst)  # fmt: skip
 
 
 @solved("velocity", "operation", slow=True)

@@ -87,9 +87,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     else:
         searched = {*STUDIED, *HEAVY} - {"checks"}  # exact models search without judging
         known = [figure for figure in base.figures if product_of(figure) in searched]
-    given = {bound.figure for bound in asked}
-    own = tuple(bound for bound in limits_of(base, findings, known) if bound.figure not in given)
-    wanted = Requirement(data, arguments.profile, keys, aims, (*asked, *own), ties)
+    wanted = replace(wanted, bounds=(*asked, *limits_of(base, findings, known)))
 
     began = perf_counter()
     evaluate = _evaluator(wanted, profile, engine, why_not)

@@ -20,7 +20,7 @@ from camgeom.design.bulk import Bulk
 from camgeom.design.engine import Cluster, Engine, Pace, local
 from camgeom.design.parts import Parts, read_rows
 from camgeom.design.sampling import DRAWN, Plan, sample, tie
-from camgeom.design.study import MOST_VARIANTS, Row, Study, axis, columns, refuse_unsolved
+from camgeom.design.study import MOST_VARIANTS, Row, Study, axis, columns, figures_of, refuse_unsolved
 from camgeom.errors import Problem, ProfileError
 from camgeom.export.folder import STUDY, results
 from camgeom.report.measured import asked, measure, of_followers
@@ -158,7 +158,7 @@ def streamed(
 
 def as_table(study: Study, rows: list[Row]) -> list[dict[str, Any]]:
     """The rows as records that all have the same columns."""
-    figures = dict.fromkeys(key for row in rows for key in row.figures)
+    figures = figures_of(study, rows)
     keys = [one.key for one in study.varied]
 
     def record(row: Row) -> dict[str, Any]:

@@ -125,7 +125,8 @@ def summary(
     if open_ := left_open(rows):
         lines.append(f"  not judged here: {', '.join(open_)}; `camgeom check` judges a variant whole")
     columns = [one.key for one in study.varied] + ["verdict"]
-    columns += [key for key in of_followers(FIGURES, followers_of(study)) if key in table[0]] + ["reason"]
+    shown = dict.fromkeys((*study.wanted, *of_followers(FIGURES, followers_of(study))))
+    columns += [key for key in shown if key in table[0]] + ["reason"]
     cells = [[number(cell(key, record[key]))[:60] for key in columns] for record in table[:SHOWN]]
     lines += [f"  {line}" for line in aligned([columns, *cells])]
     return lines if total <= SHOWN else [*lines, f"  and {total - SHOWN} more in the file"]

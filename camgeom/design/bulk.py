@@ -11,11 +11,16 @@ import numpy.typing as npt
 
 from camgeom.design.batch import LEVELS, evaluate, leveled, offered, supports
 from camgeom.design.batch.judged import BEARING, FACE, JUDGED, LIFE, LIVES, Words, check_of, judged
+from camgeom.design.batch.variants import SOLVED
 from camgeom.design.sampling import Column, Plan
 from camgeom.design.study import Data, Value, replaced
 from camgeom.errors import ProfileError
 from camgeom.immutable import immutable
+from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
+
+TRIED = 24
+"""variants by which it is told whether anything hangs on a key"""
 
 
 @final
@@ -34,10 +39,13 @@ class Bulk:
         """Why the exact model must compute these variants; None where the batch does."""
         from camgeom.profile import from_data
 
+        for key, (table, *_) in self._words.items():
+            if table in SOLVED:
+                return f"{key}: [{table}] is answered by a solver"
         try:
             for words in self._profiles():
                 profile = from_data(words, self.file)
-                why = supports(profile, self._numeric)
+                why = supports(profile, self._numeric, self._trial)
                 lacking = [name for name in self.figures if name not in offered(profile)]
                 if why is None and lacking:
                     why = f"the batch has no figure {lacking[0]} of this profile"
@@ -46,6 +54,13 @@ class Bulk:
         except ProfileError as error:
             return f"the profile itself cannot be made ({error.problems[0]})"
         return None
+
+    @cached_property
+    def _trial(self) -> dict[str, Floats]:
+        """A few variants, spread over all, by keys that take numbers."""
+        numbers = dict.fromkeys(np.linspace(0, len(self.plan) - 1, TRIED).astype(int).tolist())
+        rows = [self.drawn(range(number, number + 1)) for number in numbers]
+        return {key: np.array([float(row[key][0]) for row in rows]) for key in self._numeric}
 
     @property
     def leveled(self) -> bool:

@@ -184,9 +184,9 @@ class Requirement:
 
 
 def bounded(name: str, values: Floats) -> Floats:
-    """Figures without infinities; a torque by its size, a life no longer than it is told apart."""
+    """Figures without infinities; a peak torque by its size, a life no longer than it is told apart."""
     most = ENDLESS_H if name.endswith("_life_h") else UNBOUNDED
-    values = np.abs(values) if "torque" in name else values
+    values = np.abs(values) if "peak_" in name and "torque" in name else values
     return np.asarray(np.clip(values, -UNBOUNDED, most))
 
 

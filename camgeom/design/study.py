@@ -401,9 +401,16 @@ def refuse_unsolved(data: dict[str, Any], axes: Sequence[Axis]) -> None:
             raise ProfileError([Problem(f"--vary {one.key}", text, None, "", f"vary duty[0].{own}")])
 
 
+def figures_of(study: Study, rows: Sequence[Row]) -> list[str]:
+    """Names of the figures that rows have, those that were asked for first and in that order."""
+    known = dict.fromkeys(key for row in rows for key in row.figures)
+    return [*(key for key in dict.fromkeys(study.wanted) if key in known),
+            *(key for key in known if key not in study.wanted)]  # fmt: skip
+
+
 def columns(study: Study, rows: Sequence[Row]) -> dict[str, list[Any]]:
     """The rows by columns; a varied key is of words in every row where it is in one."""
-    figures = dict.fromkeys(key for row in rows for key in row.figures)
+    figures = figures_of(study, rows)
     found: dict[str, list[Any]] = {}
     for i, one in enumerate(study.varied):
         words = any(isinstance(row.values[i], str) for row in rows)

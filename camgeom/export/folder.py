@@ -29,7 +29,7 @@ from types import TracebackType
 from typing import Any
 
 from camgeom.errors import ExportError
-from camgeom.export.files import atomic_write, export_error, mode_of, write_whole
+from camgeom.export.files import export_error, mode_of, write_whole
 
 MANIFEST, STUDY, FRONT = MANIFESTS = "manifest.json", "study-manifest.json", "front-manifest.json"
 """of the files of a run, a study, a search"""
@@ -144,9 +144,9 @@ class RunFolder:
         return {"file": name, "product": product, "command": command, "bytes": size, "sha256": digest}
 
     def _foreign(self, names: set[str]) -> list[tuple[str, str]]:
-        """The user's files in the places of new ones, and where they move; a link says where its file is to stand."""
-        places = {name: self.folder / name for name in sorted(names)}
-        return [(name, PREVIOUS) for name, at in places.items() if os.path.lexists(at) and not at.is_symlink()]
+        """The user's files in the places of new ones, and where they move. So do links: what they lead to is somebody's
+        file elsewhere, perhaps of another run."""
+        return [(name, PREVIOUS) for name in sorted(names) if os.path.lexists(self.folder / name)]
 
     def _carry_through(self, manifest: dict[str, Any], own: str) -> None:
         """Move and rename what a manifest, by its name, in the state "being replaced" still has to; else nothing."""
@@ -192,7 +192,7 @@ def read_manifest(folder: Path, manifest: str = MANIFEST) -> dict[str, Any]:
     """A manifest of a folder; empty where there is none, or what has its name is none of camgeom's."""
     path = folder / manifest
     try:
-        if not path.is_file() or path.stat().st_size > _MOST:
+        if path.is_symlink() or not path.is_file() or path.stat().st_size > _MOST:
             return {}
         data = json.loads(path.read_bytes())
         names = [entry["file"] for entry in (*data["files"], *data.get("earlier", {}).get("files", ()))]
@@ -202,7 +202,7 @@ def read_manifest(folder: Path, manifest: str = MANIFEST) -> dict[str, Any]:
         plain = not any(name in ("", ".", "..") or re.search(r"[/\\\x00]", name) for name in names)
         begun = data["state"] == REPLACING and {"aside", "earlier"} <= set(data) and _STAGED.fullmatch(data["staged"])
         return dict(data) if plain and (begun or data["state"] == COMPLETE) else {}
-    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
         return {}
 
 
@@ -225,21 +225,15 @@ def _digest(path: Path) -> tuple[int, str]:
 def _same(path: Path, entry: dict[str, Any]) -> bool:
     """Whether a file is still what the manifest says."""
     try:
-        plain = path.is_file() and path.stat().st_size == entry.get("bytes")
+        plain = not path.is_symlink() and path.is_file() and path.stat().st_size == entry.get("bytes")
         return plain and _digest(path) == (entry["bytes"], entry.get("sha256"))
     except OSError:
         return False
 
 
 def _place(made: Path, final: Path) -> None:
-    """Rename a finished file into its place, with the permissions of the one it replaces; a link is followed."""
-    mode = mode_of(final)
-    if final.is_symlink():
-        with atomic_write(final) as stream, open(made, "rb") as source:
-            shutil.copyfileobj(source, stream, _BLOCK)
-        made.unlink()
-        return
-    if mode is not None:
+    """Rename a finished file into its place, with the permissions of the one it replaces."""
+    if (mode := mode_of(final)) is not None:
         made.chmod(mode)
     made.replace(final)
 

@@ -9,7 +9,7 @@ import functools
 from collections.abc import Callable, Iterable, Mapping
 from threading import RLock
 from time import perf_counter
-from typing import Any, Generic, Protocol, TypeVar, overload
+from typing import Any, Generic, Protocol, TypeVar, cast, overload
 
 import numpy as np
 
@@ -56,6 +56,27 @@ def frozen(value: T) -> T:
     return value
 
 
+class ReadOnly(dict[Any, Any]):
+    """A dictionary that is handed out: to read, to copy, to join to others."""
+
+    def _refuse(self, *_: Any, **__: Any) -> Any:
+        raise TypeError("what camgeom has computed cannot be changed; dict(...) makes a copy")
+
+    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
+
+    def __reduce__(self) -> tuple[type[ReadOnly], tuple[dict[Any, Any]]]:
+        return ReadOnly, (dict(self),)
+
+
+def handed_out(name: str, value: T) -> T:
+    """A value as it is kept under a name: frozen, and no dictionary that others could change. What is kept for later
+    under a name of one's own stays as it is."""
+    found: Any = frozen(value)
+    if type(found) is dict and not name.startswith("_"):
+        found = ReadOnly(found)
+    return cast(T, found)
+
+
 class cached_property(functools.cached_property[T]):
     """`functools.cached_property` whose arrays are read-only, and of which all threads see the same value.
 
@@ -76,7 +97,7 @@ class cached_property(functools.cached_property[T]):
         if refusal in kept:
             raise again(kept[refusal])
         try:
-            value = frozen(self.func(instance))
+            value = handed_out(self.attrname, self.func(instance))
         except (CamgeomError, MemoryError) as error:
             kept[refusal] = told(error)
             raise
@@ -204,7 +225,7 @@ def once(kept: dict[str, Any], name: str, ledger: Ledger, compute: Callable[[], 
             raise again(kept[refusal])
         if name not in kept:
             try:
-                kept[name] = frozen(ledger.charge(name, compute))
+                kept[name] = handed_out(name, ledger.charge(name, compute))
             except Exception as error:
                 kept[refusal] = told(error)
                 raise

@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from camgeom.model import Model
 
 
+SAME = 1e-3
+"""share of the segment's angle and of the table's lift within which rows stand where they are"""
+
+
 @final
 @immutable
 class TableFit:
@@ -27,6 +31,15 @@ class TableFit:
     angle: Floats
     size: float
     smoothing: float | None
+    stretch: float
+    shift: float
+
+    @property
+    def laid(self) -> str:
+        """How the rows are laid on the segment; empty where they are as they stand."""
+        words = [f"angles {self.stretch:.6g} times as wide"] if abs(self.stretch - 1.0) > SAME else []
+        words += [f"lifts {self.shift:+.6g}"] if abs(self.shift) > SAME * self.size else []
+        return ", ".join(words)
 
     @property
     def largest(self) -> tuple[float, float]:
@@ -48,8 +61,11 @@ def table_fits(model: Model) -> tuple[TableFit, ...]:
         if segment.law != "table" or not given.get("rows"):
             continue
         angle, lift = np.array(given["rows"], dtype=np.float64).T
-        at = span.start + (span.end - span.start) * (angle - angle[0]) / (angle[-1] - angle[0])
-        far = distances(lift, unit * program.jet(at, 0)[0])
+        wide = float(angle[-1] - angle[0])
+        at = span.start + (span.end - span.start) * (angle - angle[0]) / wide
+        lifts = unit * program.jet(at, 0)[0]
         smoothing = float(given.get("smoothing", -1.0))
-        found.append(TableFit(i, far, at, float(np.ptp(lift)), smoothing if smoothing >= 0.0 else None))
+        found.append(TableFit(i, distances(lift, lifts), at, float(np.ptp(lift)),
+                              smoothing if smoothing >= 0.0 else None,
+                              float(np.degrees(span.end - span.start)) / wide, float(lifts[0] - lift[0])))  # fmt: skip
     return tuple(found)

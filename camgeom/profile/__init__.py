@@ -334,6 +334,8 @@ def _named(path: str | Path) -> str:
 
 def _text(path: str | Path) -> str:
     if str(path) == STDIN:
+        if sys.stdin is None:
+            raise ProfileError([Problem("standard input", "is closed")])
         content = sys.stdin.buffer.read(MAX_BYTES + 1)
         if len(content) > MAX_BYTES:
             raise ProfileError([Problem("standard input", "is too long", None, f"at most {MAX_BYTES} bytes")])

@@ -47,8 +47,9 @@ SLID = (1e-9, 0.5, 1.0 - 1e-9)
 """of a plate, whose yaw moves the follower most at an end of its dwell"""
 KEPT = 400_000_000
 """bytes of numbers of machines that are kept between what is asked where they rest, move and press"""
-SPENT = 60.0
-"""s of one core that one drawing of the machines may take, where they rest and where they move"""
+SPENT = 15.0
+"""s of one core that one drawing of the machines may take, where they rest and where they move; all take up to three
+times that"""
 STATION = 15e-9
 """s of one core for a machine at a station (measured)"""
 WAVE = 18

@@ -1,5 +1,6 @@
 """A model as a library: what it hands out cannot be changed, each fact is computed once, also by many threads."""
 
+import json
 import os
 import pickle
 import re
@@ -259,3 +260,14 @@ def test_a_file_name_as_name_is_judged_like_a_name(file: str) -> None:
         return
     with pytest.raises(camgeom.ProfileError, match="name: needs a text of 1 to 120 characters"):
         parse(nameless, file)
+
+
+def test_dictionaries_that_are_handed_out_cannot_be_changed() -> None:
+    """Emptied before the checks, the lives took both findings of `life` with them."""
+    lives = camgeom.read(PROFILES / "pin_insertion.toml").lives
+    for change in (lives.clear, lives.popitem, lambda: lives.update(cam=1.0), lambda: lives.pop("cam"),
+                   lambda: lives.setdefault("a", 1.0), lambda: lives.__setitem__("cam", 1.0)):  # fmt: skip
+        with pytest.raises(TypeError, match="cannot be changed"):
+            change()
+    assert pickle.loads(pickle.dumps(lives)) == lives == dict(lives)
+    assert json.loads(json.dumps(lives)) == lives

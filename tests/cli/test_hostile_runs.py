@@ -117,6 +117,12 @@ def test_a_study_with_workers_ends_with_its_signal_and_leaves_nothing(
     assert not [path for path in tmp_path.rglob("*") if path.name.startswith(".")]
 
 
+def test_a_closed_standard_input_is_told() -> None:
+    words = f"{sys.executable} -m camgeom check - <&-"
+    done = subprocess.run(words, shell=True, capture_output=True, text=True, env=ENVIRONMENT, check=False)
+    assert (done.returncode, done.stderr) == (2, "camgeom: standard input: is closed\n")
+
+
 @pytest.mark.slow
 def test_a_full_disk_keeps_the_earlier_files(tmp_path: Path) -> None:
     finished(start("--formats", "stl", "--tolerance", "0.05", "--out", str(tmp_path)))

@@ -254,6 +254,42 @@ def test_a_key_that_no_figure_hangs_on_is_the_models(disc: Path, key: str) -> No
         assert (why is None) == (key == "limits.life_h")
 
 
+@pytest.mark.parametrize("varied", ["output.table_points=3:400", "cam.bore=10:20", "limits.velocity=1:2000"])
+def test_a_key_that_only_lets_variants_exist_is_the_models(disc: Path, varied: str) -> None:
+    """The first has no number of its own to be tried with, the second decides whether there is a cam, the third's
+    profile cannot be made, so that nothing was asked of it: 300 equal rows each, and a wall that failed passed."""
+    data = read_data(disc)
+    if varied.startswith("limits"):
+        data = replaced(data, ("cam", "base_radius"), 5.0, "cam.base_radius")
+    axes = (varied, "cam.base_radius=40:60")
+    why = Bulk(data, str(disc), plan("sobol:300", *axes)).refused()
+    assert why == f"{varied.partition('=')[0]}: no figure and no check of the batch hangs on it"
+    assert Bulk(data, str(disc), plan("sobol:300", axes[1])).refused() is None
+
+
+def test_words_of_what_a_solver_answers_are_the_models() -> None:
+    path = PROFILES / "conjugate_rocker.toml"
+    drawn = plan("sobol:300", "impact.true_curvature=true,false", "material.cam.elastic_modulus=2e5:2.1e5")
+    why = Bulk(read_data(path), str(path), drawn).refused()
+    assert why == "impact.true_curvature: [impact] is answered by a solver"
+
+
+def test_figures_that_were_asked_for_come_in_their_order_and_say_what_they_leave_open(
+    disc: Path, tmp_path: Path, capsys: Captured
+) -> None:
+    """In CSV and on the terminal, by the batch as by the exact model."""
+    wanted = ("contact.peak_torque_n_m", "contact.mean_torque_n_m")
+    for way in ("--batch", "--exact"):
+        out = tmp_path / way
+        main(["study", str(disc), "--vary", "operation.speed=100:300:2", "--figures", ",".join(wanted), way,
+              "--out", str(out)])  # fmt: skip
+        said = capsys.readouterr().out
+        assert all(key in said for key in wanted)
+        assert ("without --figures contact-kept, " in said) == (way == "--batch")
+        with open(out / "study.csv") as stream:
+            assert next(csv.reader(stream))[1:3] == list(wanted)
+
+
 @pytest.mark.parametrize(
     ("key", "holds", "fails", "check"),
     [

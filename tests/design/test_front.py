@@ -64,6 +64,27 @@ def test_what_counts_in_the_search() -> None:
     assert Bound("f", -1.0, 30.0, "").excess(np.array([29.97, 30.06])).tolist() == pytest.approx([0.001, -0.002])
 
 
+def test_a_mean_torque_keeps_its_sign() -> None:
+    """A bound of -0.05 N m on one that reaches -0.2 could not be kept, and its least was its largest."""
+    assert bounded("contact.mean_torque_n_m", np.array([-0.2, 0.1])).tolist() == [-0.2, 0.1]
+    assert bounded("contact.peak_torque_n_m", np.array([-0.2, 0.1])).tolist() == [0.2, 0.1]
+
+
+@pytest.mark.usefixtures("_pymoo")
+def test_a_bound_that_is_asked_for_leaves_the_profiles_own_limits(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Below the pressure angle that the profile allows: with it the search went past that, and what it showed was what
+    had passed by chance."""
+    words = ["optimise", str(disc(tmp_path)), "--free", "cam.base_radius=20:60", "--least", "size", "--over",
+             "flank.max_pressure_angle_deg=5", "--points", "300", "--members", "3", "--jobs", "1", "--json",
+             "--out", str(tmp_path / "out")]  # fmt: skip
+    main(words)
+    told = json.loads(capsys.readouterr().out)
+    said = [bound["of"] for bound in told["bounds"] if bound["figure"] == "flank.max_pressure_angle_deg"]
+    assert said == ["--over flank.max_pressure_angle_deg=5", "check pressure-angle"]
+
+
 def test_limits_bind_only_what_the_check_judged() -> None:
     row = Row((), {"flank.max_pressure_angle_deg": 25.0, "contact.peak_pressure_mpa": 800.0}, "pass")
     findings = [

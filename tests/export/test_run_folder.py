@@ -132,17 +132,30 @@ def test_what_the_user_put_there_stays(tmp_path: Path) -> None:
     assert (tmp_path / "previous/cam.stl.1").read_text() == "edited"
 
 
-def test_a_link_is_followed_and_a_folder_in_the_way_is_named(tmp_path: Path) -> None:
-    (tmp_path / "o").mkdir()
-    (tmp_path / "shared.stl").write_text("old")
-    (tmp_path / "o/cam.stl").symlink_to(tmp_path / "shared.stl")
-    run(tmp_path / "o", {"cam.stl": "new"})
-    assert (tmp_path / "o/cam.stl").is_symlink()
-    assert (tmp_path / "shared.stl").read_text() == "new"
+def test_a_link_is_moved_as_a_users_file_is_and_a_folder_in_the_way_is_named(tmp_path: Path) -> None:
+    """Runs wrote through it: over a user's file elsewhere, or beside the result of another run."""
+    other, own = tmp_path / "other", tmp_path / "o"
+    run(other, {"cam.stl": "of another", "result.json": "{}"})
+    before = {path.name: path.read_bytes() for path in other.iterdir()}
+    own.mkdir()
+    for name in ("cam.stl", "manifest.json", "result.json"):
+        (own / name).symlink_to(other / name)
+    run(own, {"cam.stl": "new", "result.json": "{}"}, design="b")
+    assert {path.name: path.read_bytes() for path in other.iterdir()} == before
+    assert (own / "cam.stl").read_text() == "new"
+    assert not any(path.is_symlink() for path in own.iterdir())
+    assert (own / "previous/cam.stl").resolve() == other / "cam.stl"
     (tmp_path / "o/cam.ply").mkdir()
     told = r"cam\.ply: cannot be written: it is a folder"
     with RunFolder(tmp_path / "o") as folder, pytest.raises(ExportError, match=told):
         folder.path("cam.ply")
+
+
+@pytest.mark.parametrize("text", ["[" * 200_000, '{"a":' * 50_000])
+def test_a_manifest_as_deep_as_a_well_is_the_users_file(tmp_path: Path, text: str) -> None:
+    (tmp_path / "manifest.json").write_text(text)
+    run(tmp_path, {"cam.stl": "new"})
+    assert (tmp_path / "previous/manifest.json").read_text() == text
 
 
 MOMENTS = range(12)

@@ -52,6 +52,21 @@ def test_a_table_that_cannot_be_followed_is_told_and_fails() -> None:
     assert not judge(read("profiles/disc_flat_face.toml"), ("table",)).findings
 
 
+def test_how_rows_are_laid_on_the_segment_is_told() -> None:
+    """Angles in radians, or lifts from another zero, were followed within rounding, and nothing said that they had been
+    stretched and moved."""
+    plain, far = steps(31), [[np.radians(angle), lift + 5.0] for angle, lift in steps(31)]
+    assert made(plain).tables[0].laid == ""
+    model = made(far, smoothing=0)
+    told = judge(model, ("table",)).findings[0]
+    assert told.where == "motion[0], 31 rows, angles 57.2958 times as wide, lifts -5"
+    one = motion_data(model)["tables"][0]
+    assert one["stretch"] == pytest.approx(np.degrees(1.0))
+    assert one["shift_mm"] == pytest.approx(-5.0)
+    assert made([[1.0009 * angle, lift] for angle, lift in plain]).tables[0].laid == ""
+    assert "0.99891" in made([[1.00109 * angle, lift] for angle, lift in plain]).tables[0].laid
+
+
 @pytest.mark.parametrize("count", [9, 13, 31, 91])
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_rows_without_scatter_are_run_through(count: int, order: int) -> None:

@@ -64,12 +64,27 @@ def _kernel(profile: Profile) -> Kernel | None:
     return cast(Kernel, import_module(f"{__name__}.{name}")) if name else None
 
 
-def supports(profile: Profile, varied: Sequence[str]) -> str | None:
-    """None where the batch carries this profile with these keys varied; else, in words, why the exact model must."""
+def supports(profile: Profile, varied: Sequence[str], trial: Mapping[str, Floats] | None = None) -> str | None:
+    """None where the batch carries this profile with these keys varied; else, in words, why the exact model must.
+
+    trial  a few of the variants, (n,) by key: by them it is told whether anything hangs on a key
+    """
     found = _kernel(profile)
     if found is None:
         return f"the batch has no kernel for kind = {profile.kind!r}"
-    return refused_keys(profile, varied) or found.supports(profile, varied) or _unread(found, profile, varied)
+    return (refused_keys(profile, varied) or found.supports(profile, varied) or _restless(profile)
+            or (_unread(found, profile, varied) if not trial else _untold(found, profile, trial)))
+
+
+def _restless(profile: Profile) -> str | None:
+    """Why its applied forces need the exact model, whose panels become as narrow as they ask for."""
+    from camgeom.design.batch.legs import MOST_CUTS, force_cuts
+
+    if profile.operation is None or not profile.operation.force:
+        return None
+    breaks = {angle for force in profile.operation.force for angle in force.applied().breaks}
+    many = len(force_cuts(profile)) - len(breaks)
+    return f"operation.force: turns so often that more than {MOST_CUTS} pieces follow it" if many > MOST_CUTS else None
 
 
 class _Asked(dict[str, Floats]):
@@ -89,18 +104,46 @@ class _Asked(dict[str, Floats]):
         return super().get(key, default)
 
 
+NOTHING = "no figure and no check of the batch hangs on it"
+
+
 def _unread(kernel: Kernel, profile: Profile, varied: Sequence[str]) -> str | None:
     """A varied key that neither a figure nor a check of the batch reads, so that all its rows would be equal: the
     profile's own values are computed once, by each key alone."""
     for key in varied:
         value = value_of(profile, key)
         columns = _Asked({key: np.array([1.0 if value is None else float(value)])})
-        batch = kernel.kernel(profile, columns, kernel.offered(profile), LEVELS[0])
-        judged(profile, columns, batch)
+        exists, *_ = _computed(kernel, profile, columns)
         # Of a variant that does not exist not everything was asked.
-        if key not in columns.read and batch.reason[0] == 0:
-            return f"{key}: no figure and no check of the batch hangs on it"
+        if key not in columns.read and exists[0]:
+            return f"{key}: {NOTHING}"
     return None
+
+
+def _untold(kernel: Kernel, profile: Profile, trial: Mapping[str, Floats]) -> str | None:
+    """The same by variants of a study. What is asked of the cam alone may be whether it exists, and no more: there
+    figures have to change where that of another variant is put in its place."""
+    columns = _Asked(trial)
+    exists, *told = _computed(kernel, profile, columns)
+    if not exists.any():
+        return None
+    for key, values in trial.items():
+        if key not in columns.read:
+            return f"{key}: {NOTHING}"
+        other = np.roll(values, 1)
+        if not key.startswith("cam.") or not (other != values).any():
+            continue
+        also, *changed = _computed(kernel, profile, {**trial, key: other})
+        both = exists & also & (other != values)
+        if both.any() and all(np.array_equal(one[both], two[both]) for one, two in zip(told, changed)):
+            return f"{key}: {NOTHING}"
+    return None
+
+
+def _computed(kernel: Kernel, profile: Profile, columns: Mapping[str, Floats]) -> tuple[Any, ...]:
+    """Which of some variants exist, and all that the batch tells of them, (n,) each."""
+    batch = kernel.kernel(profile, columns, kernel.offered(profile), LEVELS[0])
+    return batch.reason == 0, *judged(profile, columns, batch), *batch.figures.values()
 
 
 LEVELS = (1e-2, 3e-3)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.design.batch.legs import motion_reason
+from camgeom.design.batch.legs import force_cuts, motion_reason
 from camgeom.design.batch.motion import Motion, Points, motion_figures, motion_of
 from camgeom.design.batch.variants import Variants, demand_of
 from camgeom.maths import Floats
@@ -68,8 +68,7 @@ def chunk_of(profile: Profile, columns: Mapping[str, Floats]) -> tuple[Variants,
     """The variants of a chunk, and their motion, broken where applied forces begin and end."""
     every = Variants(profile, columns)
     forces = profile.operation.force if profile.operation is not None else ()
-    cuts = tuple(angle for force in forces for angle in force.applied().breaks)
-    return every, motion_of(every, cuts, bool(forces))
+    return every, motion_of(every, force_cuts(profile), bool(forces))
 
 
 class Driven(ABC):

@@ -11,7 +11,7 @@ import numpy as np
 
 from camgeom.cams.cylindrical import Cylindrical
 from camgeom.design.batch.axial import Axial
-from camgeom.design.batch.legs import motion_reason
+from camgeom.design.batch.legs import force_cuts, motion_reason
 from camgeom.design.batch.motion import motion_figures, motion_of
 from camgeom.design.batch.slid import Slid
 from camgeom.design.batch.swung import Swung
@@ -96,9 +96,8 @@ def kernel(profile: Profile, columns: Mapping[str, Floats], figures: Sequence[st
     """The figures of one chunk of variants; all of them are smooth, so that none hangs on the level."""
     del level
     variants = Variants(profile, columns)
-    forces = profile.operation.force if profile.operation is not None else ()
-    cuts = tuple(angle for force in forces for angle in force.applied().breaks)
-    drum = (Swung if profile.rotating else Slid)(variants, motion_of(variants, cuts, _rest_under_force(profile)))
+    motion = motion_of(variants, force_cuts(profile), _rest_under_force(profile))
+    drum = (Swung if profile.rotating else Slid)(variants, motion)
     with np.errstate(all="ignore"):
         drum.refuse()
         values = {name: variants.full(_figure(drum, name)) for name in figures}

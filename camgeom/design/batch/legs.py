@@ -14,6 +14,7 @@ from camgeom.design.batch.variants import path_of, value_of
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
+from camgeom.maths.panels import TURN, Panels, panels, resolved
 from camgeom.motion.catalogue import LAWS
 from camgeom.motion.law import Law
 
@@ -29,8 +30,16 @@ FINE = 1024
 """steps of a piece to which a refined extreme is placed"""
 ALIKE = 1e-9
 """by which share of its largest value a half of a move may differ from the other half turned about the middle"""
-BESIDE = 1e-12
-"""share of a piece by which its ends are sampled inside it, on its own side of a jump"""
+BESIDE = 1e-10
+"""share of a piece by which its ends are sampled inside it, on its own side of a jump: an applied force counts as begun
+within 6e-14 rad"""
+EVEN, TRUE, ROUNDS = 1e-5, 1e-6, 10
+"""shares of the largest applied force to which pieces have to follow it and by which it is known itself, and how often
+a piece is halved for that"""
+WIDEST_PANEL = np.radians(6.0)
+"""rad; between the angles at which a force is looked at first lie a tenth of that"""
+MOST_CUTS = 100
+"""pieces that applied forces may add to a motion"""
 
 
 @final
@@ -168,6 +177,38 @@ def motion_reason(profile: Profile, varied: Sequence[str]) -> str | None:
         if path[-1] == "to" and value_of(profile, key) is None:
             return f"{key}: the segment dwells"
     return None
+
+
+@lru_cache(maxsize=8)
+def force_cuts(profile: Profile) -> tuple[float, ...]:
+    """Cam angles, rad, at which pieces of the motion end so that applied forces are smooth within them: their breaks,
+    and halves of halves where they turn more often than a piece's samples follow."""
+    operation = profile.operation
+    forces = tuple(force.applied() for force in operation.force) if operation is not None else ()
+    if operation is None or not forces:
+        return ()
+    breaks = sorted({angle for force in forces for angle in force.breaks})
+    program, omega = profile.setup().program, operation.speed * TURN / 60.0
+
+    def value(theta: Floats) -> Floats:
+        s, v, a = program.jet(theta, 2)[:3]
+        return np.stack([force(theta, s, omega * v, omega**2 * a) for force in forces])
+
+    ends = np.array([0.0, TURN, *breaks, *program.knots])
+    ends = ends[(ends >= 0.0) & (ends <= TURN)]
+    known = resolved(value, panels(ends, WIDEST_PANEL), TRUE)
+    edges = panels(ends, np.inf).edges
+    # As the pieces of the legs are, which are no wider than half of one.
+    begun = Panels(np.sort(np.concatenate([edges, 0.5 * (edges[1:] + edges[:-1])])), edges)
+    current, true = begun, value(known.theta.ravel())
+    least = EVEN * np.abs(true).max(axis=1, keepdims=True)
+    for _ in range(ROUNDS):
+        off = (np.abs(current.at(value(current.theta), known.theta.ravel()) - true) > least).any(axis=0)
+        coarse = np.unique(np.searchsorted(current.edges, known.theta.ravel()[off]) - 1)
+        if not coarse.size or len(current.edges) > len(begun.edges) + MOST_CUTS:
+            break
+        current = Panels(np.sort(np.concatenate([current.edges, current.middle[coarse]])), current.breaks)
+    return tuple(sorted({*breaks, *np.setdiff1d(current.edges, begun.edges).tolist()}))
 
 
 @lru_cache(maxsize=256)

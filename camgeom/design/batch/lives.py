@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, final
 from weakref import proxy
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camgeom.design.batch.motion import Motion, Points
 from camgeom.maths import Floats
@@ -36,6 +37,7 @@ GRID = 8192
 """grid points over the path, where that is more"""
 LEAST_LOAD = 1e-200
 """N; a load below it is none"""
+HIGH, MOST_PEAKS = 0.3, 16
 EDGE = 1e-9
 """of the path: how near a jump is asked on either side"""
 
@@ -114,7 +116,8 @@ def _largest(path: Floats, behind: Floats, ahead: Floats, radius: float, jumps: 
             rows = found[: len(found) // (2 * steps) * 2 * steps].reshape(-1, 2 * steps)
             total += rows.sum(axis=0)
             total[: len(found) % (2 * steps)] += found[rows.size :]
-            edges.append((beside / radius - shift * np.pi) % (2.0 * np.pi))
+            places = np.concatenate([beside, path[_peaks(wall)]])
+            edges.append((places / radius - shift * np.pi) % (2.0 * np.pi))
     best = float(total.max())
     if edges:
         theta = np.concatenate(edges)
@@ -125,6 +128,14 @@ def _largest(path: Floats, behind: Floats, ahead: Floats, radius: float, jumps: 
                 damage += np.interp(meets[:, shift::2], path, wall, left=0.0, right=0.0).sum(axis=1)
         best = max(best, float(damage.max()))
     return best
+
+
+def _peaks(wall: Floats) -> NDArray[np.intp]:
+    """Where damage peaks by more than HIGH of its largest, at most MOST_PEAKS places: an applied force may do so within
+    a step of the grid."""
+    inner = wall[1:-1]
+    found = np.flatnonzero((inner >= wall[:-2]) & (inner > wall[2:]) & (inner > HIGH * wall.max())) + 1
+    return found[np.argsort(-wall[found], kind="stable")[:MOST_PEAKS]]
 
 
 @final

@@ -19,7 +19,7 @@ from camgeom.cams import sense_of
 from camgeom.cams.conjugate import Conjugate
 from camgeom.cams.constant_width import PLATE, ConstantWidth
 from camgeom.cams.disc import Disc
-from camgeom.design.batch.legs import FINE, motion_reason
+from camgeom.design.batch.legs import FINE, force_cuts, motion_reason
 from camgeom.design.batch.lives import LEAST_LOAD, Lives
 from camgeom.design.batch.motion import NEAR, Ints, Motion, Points, changed, motion_figures, motion_of, of_rows, single
 from camgeom.design.batch.seen import Seen
@@ -136,8 +136,7 @@ class Cams:
         self.sense = sense_of(cam.direction)
         operation = profile.operation
         self.applied: tuple[Applied, ...] = tuple(f.applied() for f in operation.force) if operation else ()
-        cuts = sorted({angle for one in self.applied for angle in one.breaks})
-        self.motion: Motion = motion_of(v, tuple(cuts), bool(self.applied))
+        self.motion: Motion = motion_of(v, force_cuts(profile), bool(self.applied))
         standing = Standing(v, self.motion)
         self.offset, self.face, self.length = standing.offset, standing.face, standing.length
         self.radius, self.touches = standing.radius, standing.touches

@@ -68,7 +68,7 @@ def motion_data(model: Model) -> dict[str, Any]:
         data[f"table_distance_{name}"] = max(one.largest[0] for one in model.tables)
         data["tables"] = [
             {"segment": one.segment, f"largest_{name}": one.largest[0], "at_deg": degrees(one.largest[1]),
-             f"rms_{name}": one.rms, "rows": len(one.distance)}
+             f"rms_{name}": one.rms, "rows": len(one.distance), "stretch": one.stretch, f"shift_{name}": one.shift}
             for one in model.tables
         ]  # fmt: skip
     if program.best_laws:
