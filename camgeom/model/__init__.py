@@ -391,11 +391,12 @@ class Model(Seen):
     def below(self) -> Below | None:
         """What the body gives way below its contacts; None without dynamics.body_compliance.
 
-        Raises DesignError where it is pressed by nothing, or cannot be meshed.
+        Raises DesignError where it is pressed by nothing, or cannot be meshed, NotConverged with too many followers and
+        operating states.
         """
         from camgeom.model.loaded import below
 
-        return below(self)
+        return below(self, len(self._runs))
 
     @fact
     def turret_duty(self) -> TurretDuty | None:

@@ -8,7 +8,7 @@ from functools import partial
 from math import cos, hypot, radians, sin, sqrt
 from typing import TYPE_CHECKING
 
-from camgeom.errors import CamgeomError, DesignError
+from camgeom.errors import CamgeomError, DesignError, NotConverged
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
@@ -102,13 +102,27 @@ def frame_volume(model: Model) -> Volume:
     return frame_volume(plate, model.drive, material, None if angle is None else radians(angle))
 
 
-def below(model: Model) -> Below | None:
-    """What the body gives way below its contacts; None without dynamics.body_compliance."""
+MOST_BELOW, A_BELOW = 12, 1.5
+"""followers and operating states of a design below whose contacts the body is solved, and s of one core that each takes
+(measured 0.5 to 2)"""
+
+
+def below(model: Model, runs: int) -> Below | None:
+    """What the body gives way below its contacts; None without dynamics.body_compliance.
+
+    runs  followers and operating states of the design that differ; raises NotConverged where all would take too long
+    """
     spec = model.profile.dynamics_spec
     if spec is None or not spec.body_compliance:
         return None
     from camgeom.body.compliance import below_rollers, below_turret
 
+    if runs > MOST_BELOW:
+        raise NotConverged(
+            f"what the body gives way below its contacts would take about {A_BELOW * runs:.3g} s of one core for "
+            f"{runs} followers and operating states, more than the {A_BELOW * MOST_BELOW:g} s that are spent: at most "
+            f"{MOST_BELOW} of them, or leave dynamics.body_compliance out"
+        )
     model.refuse_folded()
     if model.turret_duty is not None:
         return below_turret(model.parts, model.turret_duty, lambda: model.solid.mesh)

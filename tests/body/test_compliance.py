@@ -17,7 +17,7 @@ from camgeom.body.plate import PlateSection
 from camgeom.body.ring import even_planes, ring_of
 from camgeom.body.sparse_solver import SparseElastic
 from camgeom.body.tetra import EDGES, FACES, PointLoad, TetraMesh
-from camgeom.errors import ProfileError
+from camgeom.errors import NotConverged, ProfileError
 from camgeom.mechanics.hertz import line_flexibility
 from camgeom.mechanics.material import Material
 from camgeom.mechanics.turret_duty import COUNT
@@ -219,3 +219,23 @@ def test_the_disc_is_deep_enough_to_be_asked_and_a_feather_edge_is_not() -> None
     assert np.isfinite(deep).all()
     out = PointLoad(0.0, x + 40.0, inward, np.ones(1), np.ones(1))
     assert np.isinf(sunk(ring, "hexahedron20", still, out, Own(STEEL, 16.0, False))).all()
+
+
+@pytest.mark.parametrize(("states", "said"), [(13, "about 19.5 s of one core for 13 followers"), (12, "")])
+def test_the_body_is_not_solved_for_any_number_of_states(states: int, said: str, monkeypatch: Any) -> None:
+    """64 of them took 148 s of a processor and 2.5 GB: the price is told before the first one."""
+    data = read_data(PROFILES / "disc_offset_roller.toml")
+    data = {key: value for key, value in data.items() if key not in ("cutter", "tolerance")}
+    data["dynamics"] = {"kind": "follower", "linkage_stiffness": 8000, "linkage_damping": 40, "tappet_mass": 0.2,
+                        "tappet_contact": "tangent", "body_compliance": True}  # fmt: skip
+    shares = ({"name": f"s{i}", "share": 1.0 / states, **({"speed": 100.0 + i} if i else {})} for i in range(states))
+    data["duty"] = tuple(shares)
+    solved = []
+    monkeypatch.setattr("camgeom.body.compliance.below_rollers", lambda *_: solved.append(1))
+    model = Model(from_data(data))
+    if said:
+        with pytest.raises(NotConverged, match=said):
+            assert model.states[0].below
+    else:
+        assert model.states[0].below is None
+    assert len(solved) == (not said)
