@@ -85,11 +85,10 @@ class Pressing:
         edges = np.concatenate([zeros, *self._square(full.panels)])
         if edges.size:
             full = self.load.sampled(full.panels.split(edges))
-        keen = resolved(lambda theta: self._hardness(full, theta), full.panels, RESOLVED, KEEN)
-        if len(keen.half) > len(full.panels.half):
-            full = self.load.sampled(keen)
         if len(self.track.sides) > 1:
-            return full
+            # One roller between both walls: of two that have a wall each the forces are added up on the same panels.
+            keen = resolved(lambda theta: self._hardness(full, theta), full.panels, RESOLVED, KEEN)
+            return self.load.sampled(keen) if len(keen.half) > len(full.panels.half) else full
         wall = Flank(self.track, full.panels.theta[0], np.array([self.station]), self.track.sides[0])
         sign = 1.0 if wall.behind else -1.0
         return replace(full, force=np.maximum(sign * full.force, 0.0) * sign)
