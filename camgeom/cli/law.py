@@ -64,8 +64,9 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     found = best(wish)
     if isinstance(found, Impossible):
         if arguments.json:
-            told = {"possible": False, "reason": found.reason, "least_factor": found.least, "bound": found.bound}
-            console.out(json.dumps({**told, "clash": found.clash, "relaxed": found.relaxed}, indent=2))
+            told = {"possible": False, "reason": found.reason, "least_factor": found.least, "bound": found.bound,
+                    "clash": found.clash, "relaxed": found.relaxed, "assumed": found.assumed}  # fmt: skip
+            console.out(json.dumps(told, indent=2))
         else:
             console.err(f"camgeom: {found.reason}")
         return 1

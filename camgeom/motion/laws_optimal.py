@@ -61,7 +61,7 @@ def best_law(ends: Ends, **keys: object) -> Best:
     except NotConverged as why:
         raise ProfileError([Problem("minimise", f"{why}", wish.aim)]) from why
     if isinstance(found, Impossible):
-        names = [f"{name}_limit" for name in found.clash]
+        names = [f"{name}_limit" for name in found.clash if name != found.assumed]
         raise ProfileError([Problem(names[0] if names else "minimise", found.reason)])
     return found
 

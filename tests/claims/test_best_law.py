@@ -304,6 +304,20 @@ def test_a_band_that_no_law_keeps_is_proven_so_with_what_would_do() -> None:
     assert set(far.relaxed) == {"residual"}
 
 
+@pytest.mark.parametrize("aim", ["jerk", "rms-acceleration"])
+@pytest.mark.parametrize(("more", "least"), [({"velocity": 1.5}, 0.789), ({"monotone": True}, 0.588)])
+def test_impossible_without_a_limit_of_steepness(aim: Any, more: dict[str, Any], least: float) -> None:
+    """The residual is |integral of v e^(2 pi i n (1 - x))|: at n = 0.3 with |v| <= 1.5 and a mean of 1 it is at least
+    0.789, with v >= 0 at least cos(pi n) = 0.588. Nothing was said of either."""
+    law = sought(Wish(aim, residual=0.1, band=(0.3, 0.3), **more))
+    assert isinstance(law, Impossible)
+    assert law.bound > 1.0
+    assert law.assumed == "jerk"
+    assert law.relaxed["residual"] > least
+    assert "with a peak jerk up to 10000" in law.reason
+    assert isinstance(sought(Wish(aim, residual=0.9, band=(0.3, 0.3), **more)), Best)
+
+
 def test_the_modified_sine_is_beaten_inside_its_own_limits() -> None:
     wish = Wish("peak-acceleration", residual=0.0426, band=(2.0, 6.0), **MODIFIED_SINE)
     law = found(wish)

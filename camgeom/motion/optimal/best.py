@@ -28,6 +28,9 @@ __all__ = ["Best", "Impossible", "Wish", "best"]
 
 FINEST = (2e-3, 5e-4)
 """shares of the travel; shortest spans of the meshes on which a law is sought that even ones do not hold"""
+STEEPEST = 1e2, 1e4
+"""accelerations and jerks, of unit lift over unit travel, beyond which proofs ask no law: those of a cycloidal law are
+6.3 and 39"""
 RELAXED = 1e2
 """times a limit; a relaxation beyond that is no advice"""
 SHOWN = 1e-6
@@ -96,6 +99,7 @@ class Impossible:
               are one, it is more than that)
     clash     the limits that take part in the proof, each with its share
     relaxed   for each limit that could be relaxed alone, a hundred times at most: the least value that some law keeps
+    assumed   a limit that the wish did not ask for, of which the proof makes use: "acceleration" or "jerk"
     """
 
     wish: Wish
@@ -103,19 +107,21 @@ class Impossible:
     bound: float
     clash: dict[str, float]
     relaxed: dict[str, float]
+    assumed: str = ""
 
     @property
     def reason(self) -> str:
         """The proof in a sentence."""
-        names = [name for name in LIMITS if name in self.clash]
+        names = [name for name in LIMITS if name in self.clash and name != self.assumed]
         asked = " and ".join(f"{name} {getattr(self.wish, name):.9g}" for name in names) or "these ends"
-        monotone = ", never turning back," if self.wish.monotone else ""
+        monotone = ", never turning back" if self.wish.monotone else ""
+        steep = f", with a peak {self.assumed} up to {getattr(self.wish, self.assumed):g}" if self.assumed else ""
         loosen = " or ".join(f"{name} {_up(value)}" for name, value in self.relaxed.items())
         advice = f"; the smallest relaxation of one alone: {loosen}" if loosen else ""
         most = f"{_up(self.least)} times as large (proven above {self.bound:.7g})"
         if self.least == self.bound:
             most = f"more than {self.bound:.7g} times as large"
-        return f"no law at all keeps {asked}{monotone}: all limits together would have to be {most}{advice}"
+        return f"no law at all keeps {asked}{monotone}{steep}: all limits together would have to be {most}{advice}"
 
 
 def _up(value: float) -> str:
@@ -183,11 +189,28 @@ def sought(wish: Wish) -> Best | Impossible:
             f"every law's peak acceleration is beyond {wish.steepest:.4g}, and ramps so short are not solved; from "
             f"{EVEN:.9g} on they are"
         )
+    if found is None and (steep := _however_steep(wish)) is not None:
+        return steep
     if found is None:
         raise NotConverged("no law was found for these limits and none was proven impossible; loosen one a little")
     shape = _exact(wish, found.shape)
     name = "acceleration" if wish.aim == "peak-acceleration" else wish.aim
     return Best(wish, shape, _measured(wish, shape)[name], max(found.bound, 0.0))
+
+
+def _however_steep(wish: Wish) -> Impossible | None:
+    """The proof that no law meets a wish that limits neither acceleration nor jerk, though it may be as steep as no
+    follower is: only under some such limit is the search for the loosest limits one; it is named where it clashes."""
+    if math.isfinite(min(wish.jerk, wish.acceleration)) or not (wish.given or wish.monotone) or wish.nearly_even:
+        return None
+    steep = {"jerk": STEEPEST[1]} if wish.smooth else {"acceleration": STEEPEST[0]}
+    limited = replace(wish, aim="rms-acceleration", **steep)  # type: ignore[arg-type]
+    purse = SearchPurse()
+    proof = _loosest(limited, None, purse)
+    if proof is None or proof.bound <= 1.0:
+        return None
+    found, (assumed,) = _impossible(limited, proof, purse), steep
+    return replace(found, assumed=assumed, relaxed={k: v for k, v in found.relaxed.items() if k != assumed})
 
 
 def _loosest(wish: Wish, found: Found | None, purse: SearchPurse) -> Found | None:
