@@ -136,7 +136,8 @@ def test_a_roller_that_loses_its_wall_for_a_moment_is_not_wider_than_its_contact
 
 
 @pytest.mark.parametrize(
-    ("number", "row"), [(300, 17), (100, 17)], ids=["two peaks in a piece", "a keen peak of the end of the roller"]
+    ("number", "row"), [(300, 17), (100, 17), (75, 12)],
+    ids=["two peaks in a piece", "a keen peak of the end of the roller", "two peaks in half a piece"],
 )
 def test_where_guides_rub_peaks_are_as_the_exact_model_has_them(number: int, row: int) -> None:
     """The second one's panels left 4.6e-4 of the pressure, and 2.7e-3 of the life, in the exact model itself."""

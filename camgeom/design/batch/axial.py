@@ -46,6 +46,9 @@ LEAST = 1e-20
 """N; a force below it counts as so much"""
 OFF = 5e-3
 """share of itself by which the square of a pressure may be off where flexibilities are computed once"""
+SCANNED = (4, 1)
+"""spacings, fine steps, at which one peak of the hardest contact is looked at, and not the next one, which within OFF
+may be as high"""
 TRIALS = ROUNDS + 2
 MOST = 6
 """places in which the hardest contact is looked for, at most"""
@@ -518,7 +521,7 @@ class Axial(ABC):
         if not self.guided:
             return step
         part = self.of(variant)
-        found: Ints = part.motion.scanned(partial(part._hardness, way), piece[None], step[None])[0]
+        found: Ints = part.motion.scanned(partial(part._hardness, way), piece[None], step[None], SCANNED)[0]
         return found
 
     def _hardness(self, way: float, points: Points) -> Floats:

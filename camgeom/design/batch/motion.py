@@ -385,9 +385,11 @@ class Motion:
         piece, step, tried = self.tops(values, bent=bent)
         return piece, self.scanned(again, piece, step) if bent else step, tried
 
-    def scanned(self, again: Callable[[Points], Floats], piece: Ints, step: Ints) -> Ints:
-        """The fine steps about these, (k, n), at which a quantity with bends is largest."""
-        for spacing in SCANNED:
+    def scanned(
+        self, again: Callable[[Points], Floats], piece: Ints, step: Ints, spacings: tuple[int, ...] = SCANNED
+    ) -> Ints:
+        """The fine steps about these, (k, n), at which a quantity with bends is largest: at spacings in turn."""
+        for spacing in spacings:
             steps = np.clip(step + spacing * np.arange(-SCAN, SCAN + 1)[:, None, None], REACH, FINE - REACH)
             found = np.broadcast_to(again(self.at(piece, steps)), (steps.size // self.size, self.size))
             top = top_row(found.reshape(len(steps), -1)).reshape(piece.shape)
