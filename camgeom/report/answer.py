@@ -301,7 +301,7 @@ def _so_far(model: Model, waiting: str, asked: Callable[[Check], bool]) -> Stage
 
 def _heard(model: Model) -> Heard:
     """What the checks of earlier stages said of a model, which the later ones need not ask again."""
-    found: Heard = kept(model, "heard", dict)
+    found: Heard = kept(model, "_heard", dict)
     return found
 
 
