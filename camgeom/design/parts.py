@@ -12,6 +12,7 @@ import re
 import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from hashlib import sha256
+from itertools import chain
 from pathlib import Path
 from typing import Any, final
 
@@ -107,8 +108,9 @@ class Parts:
 
         with atomic_write(self._part(piece)) as stream:
             table = _table(columns)
-            # Figures are hardly ever alike: to compress them and back again takes longer than to write and read them.
-            pyarrow().parquet.write_table(table, stream, use_dictionary=_listed(table.schema), compression="none")
+            listed = [one.name for one in table.schema if not pyarrow().types.is_floating(one.type)]
+            # To compress a part and back again takes longer than to write and read it.
+            pyarrow().parquet.write_table(table, stream, use_dictionary=listed, compression="none")
 
     def _part(self, piece: range) -> Path:
         return self.folder / f"rows-{piece.start:09d}-{piece.stop:09d}.parquet"
@@ -126,10 +128,15 @@ class Parts:
         if self.gaps:
             raise CamgeomError(f"{self.folder}: rows are missing; run the same command again")
         schema = self._schema().with_metadata({"camgeom": json.dumps(self._digests())})
+        groups = _grouped(self._tables(schema))
+        first = next(groups, schema.empty_table())
+        unlike = _unlike(first)
+        alike = [name for name in schema.names if name not in unlike]
+        packed = {name: "none" if name in unlike else "snappy" for name in schema.names}
         with atomic_write(path or self.path) as stream, arrow.parquet.ParquetWriter(
-            stream, schema, use_dictionary=_listed(schema)
+            stream, schema, use_dictionary=alike, compression=packed
         ) as writer:
-            for table in _grouped(self._tables(schema)):
+            for table in chain([first], groups):
                 writer.write_table(table, GROUP)
         if path is not None:
             return path
@@ -200,10 +207,11 @@ def _table(columns: Mapping[str, Column]) -> Any:
     return arrow.table({name: _array(column) for name, column in columns.items()})
 
 
-def _listed(schema: Any) -> list[str]:
-    """Columns of which each value is kept once: a figure is hardly ever that of another row, and to find that out takes
-    three times as long as to write it."""
-    return [one.name for one in schema if not pyarrow().types.is_floating(one.type)]
+def _unlike(table: Any) -> set[str]:
+    """Columns of numbers of which hardly two are alike: to keep each value once, or to compress them, takes three times
+    as long as to write them, and leaves them as long as they are."""
+    floats = [one.name for one in table.schema if pyarrow().types.is_floating(one.type)]
+    return {name for name in floats if 2 * len(np.unique(table[name].to_numpy())) > table.num_rows}
 
 
 def _array(column: Column) -> Any:
