@@ -15,6 +15,8 @@ BINS = 96
 """squares along either side of the view into which triangles are sorted"""
 NEAR = 2e-4
 """share of the size within which a surface is the edge's own"""
+PAIRS = 1_000_000
+"""of points and sides, or triangles, that are held at once"""
 PIECES = 120
 """pieces of the size into which long edges are cut, each seen or not as its middle is"""
 
@@ -56,13 +58,24 @@ def _edges(mesh: Mesh, axis: int, level: float, sense: float, size: float) -> tu
 
 def _within(points: Floats, loops: Sequence[Floats]) -> npt.NDArray[np.bool_]:
     """Which points (n, 2) lie inside closed outlines (k, 2), by the number of sides that a ray to the right crosses."""
-    inside = np.zeros(len(points), dtype=bool)
-    x, y = points.T[:, :, None]
+    order = np.argsort(points[:, 1])
+    x, y = points[order].T
+    crossed = np.zeros(len(points), dtype=np.int64)
     for loop in loops:
-        (x0, y0), (x1, y1) = loop.T[:, None], np.roll(loop, -1, axis=0).T[:, None]
-        over = (y0 > y) != (y1 > y)
-        right = x < x0 + (y - y0) / np.where(y1 == y0, 1.0, y1 - y0) * (x1 - x0)
-        inside ^= (np.count_nonzero(over & right, axis=1) % 2).astype(bool)
+        ends = np.stack([loop, np.roll(loop, -1, axis=0)], axis=1)
+        # A side is met by the rays of the points between the heights of its ends, which stand one after the other.
+        first, last = np.searchsorted(y, np.sort(ends[:, :, 1], axis=1).T)
+        count = last - first
+        pairs = np.cumsum(count)
+        for k in range(0, int(pairs[-1]), PAIRS):
+            number = np.arange(k, min(k + PAIRS, int(pairs[-1])))
+            side = np.searchsorted(pairs, number, side="right")
+            at = number - (pairs - count)[side] + first[side]
+            (x0, y0), (x1, y1) = ends[side].transpose(1, 2, 0)
+            right = x[at] < x0 + (y[at] - y0) / (y1 - y0) * (x1 - x0)
+            crossed += np.bincount(at[right], minlength=len(points))
+    inside = np.empty(len(points), dtype=bool)
+    inside[order] = crossed % 2 == 1
     return inside
 
 
@@ -86,7 +99,8 @@ def _covered(
     for square in np.unique(at, axis=0):
         here = np.flatnonzero((at == square).all(axis=1))
         there = np.flatnonzero(((first <= square) & (last >= square)).all(axis=1))
-        found[here] = _met(points[here][:, flat], reach[here], corners[there], depth[there])
+        for part in np.array_split(here, 1 + len(here) * len(there) // PAIRS):
+            found[part] = _met(points[part][:, flat], reach[part], corners[there], depth[there])
     return found
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from camgeom.report import movie, painter, pdf
 from camgeom.report.files import EXTRAS
 from camgeom.report.page import render
 from camgeom.report.result import compute
-from camgeom.report.sections import report
+from camgeom.report.sections import mechanism, report
 from camgeom.report.sections.bodies import cam_meshes
 from camgeom.report.sections.mechanism import fields
 from tests.places import PROFILES
@@ -48,6 +49,21 @@ def test_planar_cams_are_coloured_by_what_is_known_of_their_profile(profile: str
         assert np.all(np.isnan(known["pressure"][~flank]))
         tops.append(float(np.nanmax(known["pressure"])))
     assert max(tops) == pytest.approx(peak.value, rel=0.02)
+
+
+def test_a_fine_body_is_painted_piece_by_piece(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = read(str(PROFILES / "pin_insertion.toml"))
+    body = model.parts[0].rough(0.001).mesh
+    found, peaks = [], []
+    for block in (mechanism.BLOCK, len(body.vertices)):
+        monkeypatch.setattr(mechanism, "BLOCK", block)
+        fields(model, body)  # what is kept of the model
+        tracemalloc.start()
+        found.append(fields(model, body)["clearance"])
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert np.array_equal(*found, equal_nan=True)
+    assert peaks[0] < 0.3 * peaks[1]
 
 
 def _turning(model: Model, folder: Path, monkeypatch: pytest.MonkeyPatch, *kinds: str) -> list[Path]:

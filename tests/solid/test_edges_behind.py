@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 import trimesh
 
 from camgeom.maths import Floats
-from camgeom.maths.hidden import edges_behind
+from camgeom.maths.hidden import _within, edges_behind
 from camgeom.maths.mesh import Mesh
 from camgeom.model import read
 from camgeom.report.sections.design import outlines
@@ -66,3 +68,38 @@ def test_of_a_drum_the_edge_of_its_groove_is_seen_where_it_runs_behind_the_cut()
 
 def test_behind_a_plane_beyond_every_body_nothing_is_seen() -> None:
     assert sum(map(len, seen(1.0, block((0.0, 0.0, 0.0), (2.0, 3.0, 4.0)), level=5.0))) == 0
+
+
+def brute(points: np.ndarray, loop: np.ndarray) -> np.ndarray:
+    """Which points lie inside a closed outline: the angle under which it goes round them, side by side."""
+    found = []
+    for point in points:
+        a, b = loop - point, np.roll(loop, -1, axis=0) - point
+        turn = np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)).sum()
+        found.append(abs(turn) > np.pi)
+    return np.array(found, dtype=bool)
+
+
+def test_inside_is_where_the_outline_goes_round() -> None:
+    rng = np.random.default_rng(3)
+    at = np.linspace(0.0, 2.0 * np.pi, 97)[:-1]
+    wavy = np.stack([np.cos(at), np.sin(at)], axis=1) * (1.0 + 0.4 * np.cos(7.0 * at))[:, None]
+    square = np.array([[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0], [-2.0, 2.0]])
+    points = rng.uniform(-2.5, 2.5, (400, 2))
+    points[:90, 1] = wavy[:90, 1]  # rays that pass through corners
+    assert np.array_equal(_within(points, [wavy]), brute(points, wavy))
+    assert np.array_equal(_within(points, [square, wavy]), brute(points, square) & ~brute(points, wavy))
+    assert _within(points[:0], [wavy]).shape == (0,)
+
+
+def test_a_fine_outline_takes_little_memory() -> None:
+    at = np.linspace(0.0, 2.0 * np.pi, 20_001)[:-1]
+    loop = np.stack([np.cos(at), np.sin(at)], axis=1) * (1.0 + 0.01 * np.cos(900.0 * at))[:, None]
+    points = np.random.default_rng(4).uniform(-1.2, 1.2, (40_000, 2))
+    tracemalloc.start()
+    inside = _within(points, [loop])
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 2e8
+    sure = np.abs(np.hypot(*points.T) - 1.0) > 0.011
+    assert np.array_equal(inside[sure], np.hypot(*points.T)[sure] < 1.0)

@@ -35,6 +35,8 @@ ACROSS, ALONG = 721, 13
 """flank samples per track and side that mesh vertices are looked up in"""
 WINDOW, STEPS = np.radians(15.0), 61
 """cam angles about its own at which a vertex is measured against the roller"""
+BLOCK = 2048
+"""vertices measured at once: some tens of megabytes"""
 AROUND = 2881
 """places round the profile that mesh vertices are looked up in"""
 NEAR, LEVEL = 0.01, 1e-6
@@ -279,15 +281,12 @@ def _clearance(model: Model, points: Floats, samples: _Samples, nearest: npt.NDA
     out = np.full(len(points), np.inf)
     offsets = np.linspace(-WINDOW, WINDOW, STEPS)
     for number, track in enumerate(model.tracks):
-        mine = samples.track[nearest] == number
-        if not np.any(mine):
-            continue
-        low, high = track.span
-        phi = np.clip(
-            samples.phi[nearest[mine]][:, None] + offsets, *((low, high) if not track.closed else (-TURN, 2 * TURN))
-        )
-        x = np.broadcast_to(points[mine].T[:, :, None], (3, *phi.shape))
-        out[mine] = roller_distance(track, x, phi).min(axis=1)
+        mine = np.flatnonzero(samples.track[nearest] == number)
+        span = (-TURN, 2 * TURN) if track.closed else track.span
+        for block in (mine[k : k + BLOCK] for k in range(0, len(mine), BLOCK)):
+            phi = np.clip(samples.phi[nearest[block]][:, None] + offsets, *span)
+            x = np.broadcast_to(points[block].T[:, :, None], (3, *phi.shape))
+            out[block] = roller_distance(track, x, phi).min(axis=1)
     return out
 
 
