@@ -411,20 +411,21 @@ class Model(Seen):
     @fact_of("_moving")
     def indexing(self) -> IndexingStudy | None:
         """The elastic indexing drive; None where the profile has no such [dynamics]."""
-        from camgeom.model.vibration import indexing_of
+        from camgeom.model.vibration import indexing_of, one_of
 
         spec = self.profile.dynamics_spec
-        return indexing_of(self) if spec is not None and spec.kind == "indexing" else None
+        return one_of(len(self._runs), indexing_of(self)) if spec is not None and spec.kind == "indexing" else None
 
     @fact_of("_moving")
     def elastic_follower(self) -> FollowerStudy | None:
         """The elastic follower; None where the profile has no such [dynamics]."""
-        from camgeom.model.vibration import elastic_follower_of
+        from camgeom.model.vibration import elastic_follower_of, one_of
 
         spec = self.profile.dynamics_spec
         if spec is None or spec.kind != "follower":
             return None
-        return elastic_follower_of(self.profile, self.mechanism, self.load, self.below)
+        study = elastic_follower_of(self.profile, self.mechanism, self.load, self.below)
+        return one_of(len(self._runs), study)
 
     @fact
     def dynamic_duties(self) -> tuple[Duty, ...]:

@@ -10,11 +10,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from math import inf
-from typing import TYPE_CHECKING, Any, Literal, Protocol, final
+from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar, final
 
 import numpy as np
 
-from camgeom.errors import DesignError
+from camgeom.errors import DesignError, NotConverged
 from camgeom.immutable import immutable
 from camgeom.maths import Floats, among
 from camgeom.maths.extremum import Extreme, hardest
@@ -133,6 +133,24 @@ class IndexerInputs(Protocol):
     def body(self) -> Body: ...
     @property
     def below(self) -> Below | None: ...
+
+
+MOST_RUNS, A_RUN = 48, 0.45
+"""followers and operating states of a design that are solved as elastic ones, and s of one core that each takes beside
+the steps of its solver: the duties under its forces, and their lives (measured 0.3 to 0.6)"""
+Study = TypeVar("Study", "FollowerStudy", "IndexingStudy")
+
+
+def one_of(runs: int, study: Study) -> Study:
+    """A study beside those of other followers and operating states that differ, `runs` with it, which have time and
+    memory in common. Raises NotConverged where they are too many."""
+    if runs > MOST_RUNS:
+        raise NotConverged(
+            f"[dynamics] would take about {A_RUN * runs:.3g} s of one core for {runs} followers and operating states, "
+            f"more than the {A_RUN * MOST_RUNS:.3g} s that are spent: at most {MOST_RUNS} of them"
+        )
+    rigid = None if study.rigid is None else one_of(runs, study.rigid)
+    return replace(study, accuracy=replace(study.accuracy, runs=runs), rigid=rigid)
 
 
 def indexing_of(model: IndexerInputs) -> IndexingStudy:

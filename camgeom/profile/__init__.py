@@ -25,6 +25,7 @@ from camgeom.profile.reader import Reader, first_of
 from camgeom.profile.sections import (
     INCH,
     INTERNAL,
+    MOST_LOADED,
     MOST_STATES,
     MOST_STATIONS,
     Force,
@@ -360,6 +361,10 @@ def from_data(
 
         profile = profile.model_copy(update={"track": tracks_of(profile, data["track"], _of_one_track)})
         profile._stated = data
+    followers = 1 + len(profile.station) + len(profile.tracks)
+    if (states := len(profile.duty)) * followers > MOST_LOADED:
+        most = f"at most {MOST_LOADED // followers}, {MOST_LOADED} with those of all followers"
+        raise ProfileError([Problem("duty", f"too many states of {followers} followers", states, most)], file)
     others = [track.whole for track in profile.tracks]
     rollers = [one.roller for one in (profile, *others)]
     if found := profile.cam.together([one.cam for one in others], rollers) or idle_way(profile):

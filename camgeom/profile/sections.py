@@ -20,6 +20,8 @@ MOST_STATES = 64
 """of [[duty]]"""
 MOST_STATIONS = 12
 """of [[station]]"""
+MOST_LOADED = 256
+"""followers, each in every operating state; one takes a tenth of a second, and its contacts a megabyte"""
 
 NonNegative = Annotated[float, Field(ge=0.0, le=1e9, allow_inf_nan=False)]
 Value = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import resource
 import subprocess
 import sys
@@ -17,13 +18,14 @@ import pytest
 from camgeom.cams import starter
 from camgeom.checks import judge
 from camgeom.cli import main
-from camgeom.dynamics.linear.budget import Purse
+from camgeom.dynamics.linear.budget import Purse, refuse_costly
+from camgeom.dynamics.linear.method import find
 from camgeom.dynamics.linear.solve import _hopeless
 from camgeom.errors import NotConverged, Problem, ProfileError, visible
 from camgeom.inspection.points import read_points
 from camgeom.maths import Floats, within_range
 from camgeom.maths.panels import panels, resolved
-from camgeom.model import Model
+from camgeom.model import Model, vibration
 from camgeom.motion.own import load_laws
 from camgeom.profile import parse, read
 from camgeom.reading import MAX_LINE, lines_of, read_bytes
@@ -324,3 +326,45 @@ def test_a_rib_whose_rollers_pass_beside_its_foot_fails(diameter: int, level: st
     assert not found.not_judged
     if level == "fail":
         assert all("a smaller roller, less groove_depth" in finding.advice for finding in found.findings)
+
+
+def of_states(name: str, count: int, speed: float, step: float, *stations: float) -> str:
+    """A profile with so many operating states of ever higher speed, and further followers at these angles."""
+    text = (PROFILES / f"{name}.toml").read_text()
+    written = re.search(r"(?m)^speed = ([\d.]+)", text)
+    assert written is not None
+    text = text.replace(written[0], f"speed = {speed}", 1)
+    states = (f'\n[[duty]]\nname = "{i}"\nshare = {1 / count!r}\nspeed = {speed + step * i}\n' for i in range(count))
+    return text + "".join(states) + "".join(f"\n[[station]]\nangle = {angle}\n" for angle in stations)
+
+
+def test_states_of_all_followers_have_a_bound_in_common() -> None:
+    angles = 90.0, 180.0, 270.0, 300.0
+    assert len(parse(of_states("disc_offset_roller", 51, 100.0, 1.0, *angles)).duty) == 51
+    with pytest.raises(ProfileError, match=r"duty: too many states of 5 followers \(found 52\); allowed: at most 51"):
+        parse(of_states("disc_offset_roller", 52, 100.0, 1.0, *angles))
+    assert len(parse(of_states("disc_offset_roller", 64, 100.0, 1.0, *angles[:3])).duty) == 64
+
+
+def test_elastic_followers_and_states_are_no_more_than_can_be_solved(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(vibration, "MOST_RUNS", 3)
+    three, four = (Model(parse(of_states("globoidal_drive", count, 300.0, 100.0))) for count in (3, 4))
+    assert all(state.dynamic_duties for state in three.states)
+    with pytest.raises(NotConverged, match=r"about 1.8 s of one core for 4 followers and operating states.*most 3"):
+        _ = four.states[0].dynamic_duties
+    assert four.turret_duty is not None  # what needs no [dynamics] stands
+
+
+@pytest.mark.parametrize(("count", "shared"), [(5, True), (6, False)])
+def test_the_time_of_a_solver_is_that_of_all_its_states(count: int, shared: bool) -> None:
+    """One takes 2.98 s, of 4 s alone and of 16 s in common; none is begun that would make all take longer."""
+    model = Model(parse(of_states("globoidal_drive", count, 3.0, 0.01)))
+    study = model.states[0].indexing
+    assert study is not None
+    assert study.accuracy.runs == count
+    steps = 2 * 55_114
+    if shared:
+        refuse_costly(study.system, find("auto"), steps, runs=count)
+        return
+    with pytest.raises(NotConverged, match=r"2\.98 s .* more than the 2\.67 s .* each of 6 followers and operating"):
+        _ = study.steady

@@ -41,12 +41,14 @@ Watch = Callable[[Solution], Floats]
 class Accuracy:
     """Tolerance as a share of the peak, checked by halving the step; method by name, "auto" for gauss8.
 
-    `steps` fixes the steps a turn instead: then the error is measured by halving, whatever it is.
+    `steps` fixes the steps a turn instead: then the error is measured by halving, whatever it is. `runs`: solutions
+    like this one that are wanted, which have seconds and bytes in common.
     """
 
     tolerance: float = 1e-6
     method: str | Method = "auto"
     steps: int | None = None
+    runs: int = 1
 
     def __post_init__(self) -> None:
         problems = []
@@ -72,19 +74,19 @@ def solved(system: System, knots: Floats, accuracy: Accuracy, once: Once, watch:
     """A solution verified by halving, or one of the given steps with its error; one grid for all speeds."""
     method = find(accuracy.method)
     if accuracy.steps is not None:
-        refuse_costly(system, method, accuracy.steps * system.batch)
+        refuse_costly(system, method, accuracy.steps * system.batch, runs=accuracy.runs)
         return measured(lambda g: once(g, method), aligned_grid(knots, accuracy.steps), watch)
     steps = predicted_steps(system, knots, accuracy.tolerance, method)
     grid = aligned_grid(knots, round(float(steps.max())))
-    refuse_costly(system, method, 2 * grid.steps * system.batch)
-    return verified(affordable(system, method, once), grid, accuracy.tolerance, watch)
+    refuse_costly(system, method, 2 * grid.steps * system.batch, runs=accuracy.runs)
+    return verified(affordable(system, method, once, accuracy.runs), grid, accuracy.tolerance, watch)
 
 
-def affordable(system: System, method: Method, once: Once) -> Callable[[TurnGrid], Solution]:
+def affordable(system: System, method: Method, once: Once, runs: int = 1) -> Callable[[TurnGrid], Solution]:
     """Solutions on the grids that are affordable; NotConverged, with the cost, for the others."""
 
     def solve(grid: TurnGrid) -> Solution:
-        refuse_costly(system, method, grid.steps * system.batch)
+        refuse_costly(system, method, grid.steps * system.batch, runs=runs)
         return once(grid, method)
 
     return solve

@@ -22,6 +22,8 @@ MOST_BYTES = 1e9
 """of one solution"""
 MOST_SECONDS = 4.0
 """of one solution; an elastic drive or follower takes about ten times as long for all of its figures"""
+FULL = 4
+"""solutions of one design that may each take so long; more of them share what these take"""
 MOST_SWEEP_SECONDS = 15.0
 """of a sweep"""
 VERIFIED = 1.5
@@ -45,17 +47,22 @@ def step_cost(system: System, method: Method) -> tuple[float, float]:
     return seconds, kept if system.linear else kept + 8.0 * (wide * wide + wide * (2 * m + 1) + 4 * m * (m + 1))
 
 
-def refuse_costly(system: System, method: Method, steps: float, most: float = MOST_SECONDS) -> None:
-    """Raise NotConverged where so many steps, over all speeds together, would take too long or too much memory."""
+def refuse_costly(system: System, method: Method, steps: float, most: float = MOST_SECONDS, runs: int = 1) -> None:
+    """Raise NotConverged where so many steps, over all speeds together, would take too long or too much memory.
+
+    runs  solutions like this one that a design asks for
+    """
     each, kept = step_cost(system, method)
-    seconds, size = VERIFIED * each * steps, VERIFIED * kept * steps
-    if seconds <= most and (size <= MOST_BYTES or most > MOST_SECONDS):
+    seconds, size, bytes_ = VERIFIED * each * steps, VERIFIED * kept * steps, MOST_BYTES / runs
+    most *= min(1.0, FULL / runs)
+    if seconds <= most and (size <= bytes_ or most > MOST_SECONDS):
         return
     less = "" if system.linear else "exact_contact = false, "
+    shared = f" on each of {runs} followers and operating states: fewer of them, " if runs > 1 else ": "
     raise NotConverged(
         f"{steps:.3g} steps of {method.name} would take about {seconds:.3g} s and {size / 1e9:.2g} GB, more than the "
-        f"{most:g} s and {MOST_BYTES / 1e9:g} GB that are spent: {less}a larger dynamics.tolerance, a higher speed or "
-        "fewer sweep_points need fewer; a drive whose modes are thousands of times as fast as its cam moves as a rigid "
+        f"{most:.3g} s and {bytes_ / 1e9:.2g} GB that are spent{shared}{less}a larger dynamics.tolerance, a higher "
+        "speed or fewer sweep_points need fewer; a drive whose modes are thousands of times as fast as its cam moves as a rigid "
         "one does, and needs no [dynamics]"
     )
 
