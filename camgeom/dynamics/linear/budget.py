@@ -62,8 +62,8 @@ def refuse_costly(system: System, method: Method, steps: float, most: float = MO
     raise NotConverged(
         f"{steps:.3g} steps of {method.name} would take about {seconds:.3g} s and {size / 1e9:.2g} GB, more than the "
         f"{most:.3g} s and {bytes_ / 1e9:.2g} GB that are spent{shared}{less}a larger dynamics.tolerance, a higher "
-        "speed or fewer sweep_points need fewer; a drive whose modes are thousands of times as fast as its cam moves as a rigid "
-        "one does, and needs no [dynamics]"
+        "speed or fewer sweep_points need fewer; a drive whose modes are thousands of times as fast as its cam moves "
+        "as a rigid one does, and needs no [dynamics]"
     )
 
 
