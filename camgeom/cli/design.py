@@ -99,6 +99,8 @@ def _globoidal(arguments: argparse.Namespace) -> Design:
     stops = _number(arguments, "stops")
     if stops is None or stops != int(stops):
         raise UsageError("--stops: needs a whole number from 1 to 48")
+    if arguments.name is not None and not (arguments.name.isprintable() and 1 <= len(arguments.name) <= 120):
+        raise UsageError("--name: needs 1 to 120 characters that can be shown")
     wanted = Wanted(
         int(stops),
         float(angle or 0.0) if ratio is None else 360.0 * ratio / (1.0 + ratio),

@@ -200,8 +200,9 @@ def refuse_nameless(folder: str | None) -> None:
 def refuse_unwritable(folder: Path) -> None:
     """Raise ExportError before anything is computed where the folder cannot be made or written in."""
     try:
-        there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+        there = next(place for place in (folder, *folder.absolute().parents) if os.path.lexists(place))
         problem = "is a file, not a folder" if not there.is_dir() else ""
+        problem = problem if there.exists() else "is a link that leads nowhere"
         problem = problem or ("" if os.access(there, os.W_OK | os.X_OK) else "may not be written in (no permission)")
     except OSError as error:
         there, problem = folder, error.strerror or str(error)

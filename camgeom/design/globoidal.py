@@ -18,6 +18,7 @@ from camgeom.mechanics.grades import material_for, speed_class
 from camgeom.model import Model
 from camgeom.motion import LAWS
 from camgeom.profile import parse
+from camgeom.profile.text import word
 
 
 @immutable(eq=True)
@@ -130,7 +131,7 @@ def profile_text(wanted: Wanted, trial: Candidate, material: tuple[str, float, f
     return f"""# Designed by `camgeom design globoidal` from: {wanted.stops} stops, moving {wanted.motion_angle:g} deg,
 # {wanted.speed:g} r/min, inertia {wanted.inertia:g} kg m2, load {wanted.torque:g} N m, life {wanted.life:g} h.
 
-name = {_quoted(wanted.name)}
+name = {word(wanted.name)}
 
 [cam]
 kind = "globoidal"
@@ -186,10 +187,6 @@ pressure_angle_deg = {wanted.pressure_angle:g}
 tolerance = 0.01
 formats = ["3mf", "stl"]
 """
-
-
-def _quoted(text: str) -> str:
-    return '"' + "".join(c for c in text if c.isprintable() and c not in '"\\') + '"'
 
 
 AIM = 0.8

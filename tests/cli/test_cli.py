@@ -143,6 +143,16 @@ def test_folder_that_is_a_file(profile: Path, capsys: pytest.CaptureFixture[str]
     assert "is a file, not a folder" in err
 
 
+def test_a_folder_that_is_a_link_to_nothing_is_told_as_that(profile: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    link = profile.parent / "there"
+    link.symlink_to("nowhere")
+    status, _, err = run(capsys, "run", profile, "--out", link / "below")
+    assert status == 3
+    assert "there: is a link that leads nowhere" in err
+    (profile.parent / "nowhere").mkdir()
+    assert run(capsys, "run", profile, "--only", "checks", "--out", link / "below")[0] in (0, 1)
+
+
 def test_full_disk_leaves_nothing(
     profile: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -71,14 +71,17 @@ def test_materials_follow_the_load_classes():
     assert material_for(1301.0, 0.4) is None
 
 
-def test_command_writes_a_profile_that_parses(tmp_path, capsys):
+@pytest.mark.parametrize("name", ["six", 'a "b" c:\\d', "\u4e2d\u6587"])
+def test_command_writes_a_profile_that_parses(name, tmp_path, capsys):
     file = tmp_path / "d.toml"
     line = ["design", "globoidal", str(file), "--stops", "6", "--ratio", "0.8", "--center-distance", "180", "--json"]
+    line += ["--name", name]
     assert main(line) == 0
     data = json.loads(capsys.readouterr().out)
     assert data["choices"][0]["what"] == "motion law"
     assert file.read_text() == data["profile"]
     assert parse(file.read_text()).follower.stops == 6
+    assert parse(file.read_text()).name == name
 
 
 @pytest.mark.parametrize(
@@ -86,6 +89,8 @@ def test_command_writes_a_profile_that_parses(tmp_path, capsys):
     [
         (["--stops", "6", "--center-distance", "180"], "--motion-angle or --ratio"),
         (["--stops", "6.5", "--ratio", "1", "--center-distance", "180"], "whole number"),
+        (["--stops", "6", "--ratio", "1", "--center-distance", "180", "--name", "a\x7fb"], "can be shown"),
+        (["--stops", "6", "--ratio", "1", "--center-distance", "180", "--name", ""], "can be shown"),
         (["--stops", "6", "--ratio", "x", "--center-distance", "180"], "needs a number"),
         (["--stops", "6", "--ratio", "1"], "center-distance"),
     ],
