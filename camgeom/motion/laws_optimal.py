@@ -84,6 +84,7 @@ def wish_of(ends: Ends, **keys: object) -> Wish:
         damping=given.number("damping"),
         start=(start[0] / lift, start[1] / lift if order >= 2 else None),
         end=(end[0] / lift, end[1] / lift if order >= 2 else None),
+        among=ends.best,
     )
     found = []
     limits = (("velocity", wish.velocity), ("acceleration", wish.acceleration))

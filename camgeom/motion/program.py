@@ -202,6 +202,8 @@ def _resolve(
         from camgeom.motion.joining import all_ends
 
         ends = all_ends(segments, spans, unit, folder, key)
+    best = sum(segment.law == "optimal" for segment in segments)
+    ends = [replace(one, best=max(best, 1)) for one in ends]
     pieces: list[tuple[Piece, ...]] = []
     for i, row in enumerate(zip(segments, spans, ends, strict=True)):
         try:

@@ -21,7 +21,7 @@ from camgeom.motion.law import Ends
 from camgeom.motion.optimal.best import Best, Impossible, best, sought
 from camgeom.motion.optimal.excess import excess
 from camgeom.motion.optimal.newton import Build, at_rest
-from camgeom.motion.optimal.programme import FEW, NO_CUTS, Multipliers, SearchPurse, Solved
+from camgeom.motion.optimal.programme import FEW, NO_CUTS, WHOLE, Multipliers, SearchPurse, Solved
 from camgeom.motion.optimal.search import ORDINARY, Sight, find
 from camgeom.motion.optimal.shape import Shape, residual_peaks, residuals
 from camgeom.motion.optimal.wish import ALL, Task, Wish
@@ -779,8 +779,8 @@ def test_a_search_that_costs_too_much_is_refused_by_its_count_and_not_tried_agai
     made = []
 
     class Small(SearchPurse):
-        def __init__(self) -> None:
-            made.append(1)
+        def __init__(self, among: int) -> None:
+            made.append(among)
             super().__init__(spent // 10)
 
     monkeypatch.setattr("camgeom.motion.optimal.best.SearchPurse", Small)
@@ -789,4 +789,22 @@ def test_a_search_that_costs_too_much_is_refused_by_its_count_and_not_tried_agai
     motion = f"[[motion]]\nuntil = 180\nto = 12\n{law}\n[[motion]]\nuntil = 360\nto = 0\n{law}\n"
     with pytest.raises(ProfileError, match=r"motion\[0\]\.minimise: the best law .* more steps"):
         parse(head + motion)
-    assert len(made) == 1
+    assert made == [2]
+
+
+def test_laws_of_one_motion_have_what_a_search_may_cost_in_common() -> None:
+    """A profile with many dear laws is read in the time of one."""
+    wish = Wish("jerk", velocity=1.61)
+    purse = SearchPurse()
+    found = find(Task.of(wish), None, purse)
+    assert found is not None
+    most = WHOLE // purse.spent
+    alone, shared = best(wish), best(replace(wish, among=most))
+    assert isinstance(alone, Best) and isinstance(shared, Best)
+    assert (shared.value, shared.bound) == (alone.value, alone.bound)
+    with pytest.raises(NotConverged, match=f"steps than are spent on one of {most + 1} in a motion; a narrower"):
+        find(Task.of(wish), None, SearchPurse(among=most + 1))
+    head = (PROFILES / "disc_offset_roller.toml").read_text().partition("[[motion]]")[0]
+    law = 'law = "optimal"\nminimise = "jerk"'
+    motion = "".join(f"[[motion]]\nuntil = {90 * k}\nto = {12 * (k % 2)}\n{law}\n" for k in range(1, 5))
+    assert [ends.best for ends in parse(head + motion).setup().program.ends] == [4, 4, 4, 4]

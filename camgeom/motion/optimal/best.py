@@ -170,7 +170,7 @@ def _tried(wish: Wish) -> Best | Impossible | str:
 
 def sought(wish: Wish) -> Best | Impossible:
     """What `best` keeps, computed. Raises NotConverged."""
-    purse = SearchPurse()
+    purse = SearchPurse(among=wish.among)
     even = wish.nearly_even
     found = None if even else find(Task.of(wish), None, purse)
     if (found is None or far(Task.of(wish), found)) and (wish.given or wish.monotone):
@@ -189,7 +189,7 @@ def sought(wish: Wish) -> Best | Impossible:
             f"every law's peak acceleration is beyond {wish.steepest:.4g}, and ramps so short are not solved; from "
             f"{EVEN:.9g} on they are"
         )
-    if found is None and (steep := _however_steep(wish)) is not None:
+    if found is None and (steep := _however_steep(wish, purse)) is not None:
         return steep
     if found is None:
         raise NotConverged("no law was found for these limits and none was proven impossible; loosen one a little")
@@ -198,14 +198,13 @@ def sought(wish: Wish) -> Best | Impossible:
     return Best(wish, shape, _measured(wish, shape)[name], max(found.bound, 0.0))
 
 
-def _however_steep(wish: Wish) -> Impossible | None:
+def _however_steep(wish: Wish, purse: SearchPurse) -> Impossible | None:
     """The proof that no law meets a wish that limits neither acceleration nor jerk, though it may be as steep as no
     follower is: only under some such limit is the search for the loosest limits one; it is named where it clashes."""
     if math.isfinite(min(wish.jerk, wish.acceleration)) or not (wish.given or wish.monotone) or wish.nearly_even:
         return None
     steep = {"jerk": STEEPEST[1]} if wish.smooth else {"acceleration": STEEPEST[0]}
     limited = replace(wish, aim="rms-acceleration", **steep)  # type: ignore[arg-type]
-    purse = SearchPurse()
     proof = _loosest(limited, None, purse)
     if proof is None or proof.bound <= 1.0:
         return None

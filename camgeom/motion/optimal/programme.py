@@ -108,11 +108,12 @@ class Solved:
 class SearchPurse:
     """What the search for one law may cost: steps of the simplex method, each as dear as its programme has rows.
 
-    Counted, not timed, so that the same requirement has the same answer on every machine.
+    Counted, not timed, so that the same requirement has the same answer on every machine. Of several laws of a motion,
+    `among`, each has its share.
     """
 
-    def __init__(self, whole: int = WHOLE) -> None:
-        self.left, self.spent = whole, 0
+    def __init__(self, whole: int = WHOLE, among: int = 1) -> None:
+        self.left, self.spent, self.among = whole // among, 0, among
 
     def steps(self, rows: int) -> int:
         """How many steps a programme may take with what is left."""
@@ -124,8 +125,9 @@ class SearchPurse:
         self.left, self.spent = self.left - cost, self.spent + cost
         if self.left <= 0:
             raise NotConverged(
-                "the best law for this requirement takes more steps than are spent on one; a narrower band, a velocity "
-                "limit less or a looser jerk limit is found sooner"
+                "the best law for this requirement takes more steps than are spent on one"
+                + (f" of {self.among} in a motion" if self.among > 1 else "")
+                + "; a narrower band, a velocity limit less or a looser jerk limit is found sooner"
             )
 
 

@@ -25,6 +25,7 @@ class Wish:
     residual   limit of the vibration left behind, a share of the lift, over `band`: rise time / natural period
     damping    share of critical damping of the oscillator
     start, end   velocity and acceleration there; an acceleration of None is free
+    among      how many such laws are wanted, which have what a search may cost in common
     """
 
     aim: Aim = "jerk"
@@ -37,6 +38,7 @@ class Wish:
     damping: float = 0.0
     start: tuple[float, float | None] = (0.0, 0.0)
     end: tuple[float, float | None] = (0.0, 0.0)
+    among: int = 1
 
     @property
     def smooth(self) -> bool:
