@@ -800,7 +800,8 @@ def test_laws_of_one_motion_have_what_a_search_may_cost_in_common() -> None:
     assert found is not None
     most = WHOLE // purse.spent
     alone, shared = best(wish), best(replace(wish, among=most))
-    assert isinstance(alone, Best) and isinstance(shared, Best)
+    assert isinstance(alone, Best)
+    assert isinstance(shared, Best)
     assert (shared.value, shared.bound) == (alone.value, alone.bound)
     with pytest.raises(NotConverged, match=f"steps than are spent on one of {most + 1} in a motion; a narrower"):
         find(Task.of(wish), None, SearchPurse(among=most + 1))
