@@ -2,12 +2,14 @@
 
 A quadratic displacement is the linear one of the corners and a part of the edges' own. On the first the stiffness is
 factorised, on the second its diagonal serves: the number of steps does not hang on the size of the elements (H.
-Yserentant, Numer. Math. 49 (1986) 379). The ring's dense elimination would take ten times as long on tetrahedra.
+Yserentant, Numer. Math. 49 (1986) 379). Where elements are thin in planes and long across them, the stiffness of every
+plane's nodes serves in place of the diagonal, factorised too: a sixth of the steps on the meshes of a root's peak. The
+ring's dense elimination would take ten times as long on tetrahedra.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Protocol, final
 
 import numpy as np
@@ -55,11 +57,15 @@ class QuadraticMesh(Protocol):
 @final
 @immutable
 class SparseElastic:
-    """Elements of one material, of stiffness (6, 6), MPa, whose nodes of the set `held` do not move; mm, N."""
+    """Elements of one material, of stiffness (6, 6), MPa, whose nodes of the set `held` do not move; mm, N.
+
+    planes  (v,) numbers of the planes that nodes of elements long across them belong to
+    """
 
     mesh: QuadraticMesh
     material: Floats
     held: str = "bore"
+    planes: Index | None = None
 
     @cached_property
     def _free(self) -> Floats:
@@ -69,10 +75,10 @@ class SparseElastic:
         return np.repeat(~fixed, 3)
 
     @cached_property
-    def _system(self) -> tuple[sp.csr_array, sp.csr_array, Any]:
-        """Stiffness of what moves, what corners make of it, and the factorisation on the corners."""
+    def _system(self) -> tuple[sp.csr_array, sp.csr_array, Any, Callable[[Floats], Floats]]:
+        """Stiffness of what moves, what corners make of it, the factorisation on the corners, and what serves for the
+        rest."""
         import scipy.sparse as sp
-        from scipy.sparse.linalg import splu
 
         mesh, count = self.mesh, 3 * len(self.mesh.nodes)
         own = [mesh.stiffness(mesh.nodes[mesh.elements[start : start + CHUNK]], self.material)
@@ -85,9 +91,14 @@ class SparseElastic:
         inner = whole[free][:, free]
         prolong = self._linear[free]
         prolong = prolong[:, np.flatnonzero(np.diff(prolong.tocsc().indptr))]
-        coarse = (prolong.T @ inner @ prolong).tocsc()
-        factors = splu(coarse, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-        return inner, prolong, factors
+        factors = _factorised(prolong.T @ inner @ prolong)
+        if self.planes is None:
+            diagonal = 1.0 / inner.diagonal()[:, None]
+            return inner, prolong, factors, lambda rest: diagonal * rest
+        plane, every = np.repeat(self.planes, 3)[free], inner.tocoo()
+        own = plane[every.row] == plane[every.col]
+        blocks = sp.coo_array((every.data[own], (every.row[own], every.col[own])), shape=inner.shape)
+        return inner, prolong, factors, _factorised(blocks).solve
 
     @property
     def _linear(self) -> sp.csr_array:
@@ -120,8 +131,7 @@ class SparseElastic:
 
     def _solved(self, rest: Floats, tolerance: float) -> Floats:
         """The same (n, k) of what moves under forces (n, k): every load has steps of its own, all of them together."""
-        inner, prolong, factors = self._system
-        diagonal = 1.0 / inner.diagonal()[:, None]
+        inner, prolong, factors, near = self._system
         found, column = np.zeros_like(rest), np.arange(rest.shape[1])
         x, least = np.zeros_like(rest), tolerance * tolerance * _dots(rest, rest)
         way, before = np.zeros_like(rest), np.ones(rest.shape[1])
@@ -133,7 +143,7 @@ class SparseElastic:
                 least, before, column = least[~done], before[~done], column[~done]
                 if not len(column):
                     return found
-            better = diagonal * rest + prolong @ factors.solve(prolong.T @ rest)
+            better = near(rest) + prolong @ factors.solve(prolong.T @ rest)
             energy = _dots(rest, better)
             way *= energy / before
             way += better
@@ -142,6 +152,13 @@ class SparseElastic:
             x += step * way
             rest = rest - step * force
         raise NotConverged("the deflection of the cam's body did not settle: its elements are too flat")
+
+
+def _factorised(stiffness: Any) -> Any:
+    from scipy.sparse.linalg import splu
+
+    options = {"SymmetricMode": True}
+    return splu(stiffness.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
 
 
 def _dots(one: Floats, other: Floats) -> Floats:

@@ -7,7 +7,7 @@ import pytest
 from scipy.sparse import coo_array
 from scipy.sparse.linalg import spsolve
 
-from camgeom.body import solver
+from camgeom.body import solver, sparse_solver
 from camgeom.body.element import (
     NATURAL,
     elasticity,
@@ -19,10 +19,12 @@ from camgeom.body.element import (
     strain_matrix,
     stresses,
 )
+from camgeom.body.hexes import HexMesh
 from camgeom.body.plate import PlateSection
 from camgeom.body.ring import RingMesh, even_planes, ring_of
 from camgeom.body.solver import Elastic
-from camgeom.errors import DesignError
+from camgeom.body.sparse_solver import SparseElastic
+from camgeom.errors import DesignError, NotConverged
 from camgeom.solid.blank import Bore
 from camgeom.solid.prism import Loop, Prism
 from camgeom.track.outline import CircleOutline
@@ -180,12 +182,26 @@ def test_the_ring_solver_agrees_with_a_sparse_one(monkeypatch: pytest.MonkeyPatc
         exact = solved(matrix, loads[:, :, k].ravel(), held, np.zeros(len(held)))
         assert np.abs(found[:, :, k].ravel() - exact).max() < 1e-9 * np.abs(exact).max()
     assert problem.cost.unknowns == 3 * (len(ring.nodes) - len(bore))
-    # One load of what would take too much memory is solved by iterations.
+    # One load is solved by iterations, which need none of the memory that the factors take.
     monkeypatch.setattr(solver, "MOST_BYTES", 0.0)
     with pytest.raises(DesignError, match="would take"):
         Elastic(ring, elasticity(E, NU)).solve(loads)
     other = problem.solve_one(loads[:, :, 0])
     assert np.abs(other - found[:, :, 0]).max() < 1e-5 * np.abs(found).max()
+
+
+def test_planes_of_thin_elements_are_solved_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cells of 1.25 x 1.5 mm that are 24 mm long about the axis: the same displacements, in a tenth of the steps."""
+    ring, material = disc((2, 8, 8), 12), elasticity(E, NU)
+    loads = np.random.default_rng(5).normal(size=(len(ring.nodes), 3, 1))
+    mesh = HexMesh(ring.nodes, ring.elements, {"bore": ring.node_set("bore")})
+    planes = np.arange(len(ring.nodes)) // (ring.face.shape[1] + ring.middle.shape[1])
+    known = Elastic(ring, material).solve(loads)
+    monkeypatch.setattr(sparse_solver, "STEPS", 80)
+    found = SparseElastic(mesh, material, "bore", planes).solve(loads, 1e-9)
+    assert np.abs(found - known).max() < 1e-6 * np.abs(known).max()
+    with pytest.raises(NotConverged, match="too flat"):
+        SparseElastic(mesh, material).solve(loads, 1e-9)
 
 
 def test_a_folded_element_and_a_material_that_keeps_its_volume_are_refused() -> None:
