@@ -25,8 +25,8 @@ from camgeom.mechanics.material import Material
 Index = npt.NDArray[np.int64]
 TIGHT = 1e-7
 """force that iterations leave over, a share of the load's"""
-MOST_BYTES = 2.6e9
-"""of the factors: with the working arrays about 3 GB"""
+MOST_BYTES = 1.6e9
+"""of the factors: with the working arrays and all else about 2 GB"""
 
 
 @final
@@ -68,7 +68,7 @@ class Elastic:
         cost = self.cost
         if cost.bytes > MOST_BYTES:
             raise DesignError(f"the body's {cost.unknowns} unknowns would take {cost.bytes / 1e9:.2g} GB: more than "
-                              f"the {MOST_BYTES / 1e9:.2g} GB that are spent on it; fewer planes or cells")  # fmt: skip
+                              f"the {MOST_BYTES / 1e9:.2g} GB that are spent on it; fewer grooves")  # fmt: skip
         return _factorised(self)
 
     def solve(self, loads: Floats) -> Floats:

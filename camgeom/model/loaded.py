@@ -47,7 +47,8 @@ def root_stress(model: Model) -> RootStress | None:
         one.refuse_folded()
     alone = len(model.mates) == 1 or model.state is not None
     solved = None if alone else partial(_of_mates, model)
-    return RootStress(PressedRing(body, model.duties, model.profile.material.cam, at, solved))
+    among = len(several), len(model.bindings)
+    return RootStress(PressedRing(body, model.duties, model.profile.material.cam, at, solved, among))
 
 
 def _of_mates(model: Model) -> Floats:

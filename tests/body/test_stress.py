@@ -21,7 +21,7 @@ from camgeom.body.solver import elastic
 from camgeom.body.stress import PressedRing, RootStress, StressPeak
 from camgeom.checks import judge
 from camgeom.drawing.content import Map
-from camgeom.errors import ProfileError
+from camgeom.errors import NotConverged, ProfileError
 from camgeom.model import Model
 from camgeom.profile import from_data, read_data
 from camgeom.report.measured import measure
@@ -447,3 +447,27 @@ def test_followers_on_one_track_share_a_factorisation(monkeypatch: pytest.Monkey
     np.testing.assert_array_equal(together[0], together[1])
     np.testing.assert_allclose(together[2], alone, rtol=1e-12)
     assert together[2].max() > 1.05 * together[0].max()
+
+
+@pytest.mark.parametrize(
+    ("round_", "among", "refused"),
+    [(False, (9, 60), False), (False, (10, 1), True), (True, (1, 3), False), (True, (1, 4), True), (True, (3, 3), True)],
+)
+def test_roots_of_many_walls_are_no_more_than_can_be_solved(
+    round_: bool, among: tuple[int, int], refused: bool
+) -> None:
+    data = read_data(PROFILES / "pin_insertion.toml")
+    if round_:
+        data["cam"] = {**data["cam"], "root_radius": 0.5}
+    found = Model(from_data(data)).root_stress
+    assert found is not None
+    assert isinstance(found.body, PressedRing)
+    assert bool(found.body.sharp) is not round_
+    body = replace(found.body, among=among)
+    if not refused:
+        body._refuse_costly()
+        return
+    told = f"roots of {among[0]} tracks under {among[1]} followers .* than the 90 s"
+    for asked in ("nominal", "peaks"):
+        with pytest.raises(NotConverged, match=told):
+            getattr(body, asked)
