@@ -451,7 +451,10 @@ def test_followers_on_one_track_share_a_factorisation(monkeypatch: pytest.Monkey
 
 @pytest.mark.parametrize(
     ("round_", "among", "refused"),
-    [(False, (9, 60), False), (False, (10, 1), True), (True, (1, 3), False), (True, (1, 4), True), (True, (3, 3), True)],
+    [
+        (False, (9, 60), False), (False, (10, 1), True),
+        (True, (1, 3), False), (True, (1, 4), True), (True, (3, 3), True),
+    ],
 )
 def test_roots_of_many_walls_are_no_more_than_can_be_solved(
     round_: bool, among: tuple[int, int], refused: bool
