@@ -112,16 +112,18 @@ def test_a_roller_pressed_beyond_its_wall_has_no_bound_of_pressure() -> None:
         assert (length == 0.0) == (i == 1)
 
 
-def test_a_contact_wider_than_its_roller_is_told_whatever_is_asked() -> None:
-    """Slices are computed where they are asked for, or where a contact may be as wide as its roller."""
+@pytest.mark.parametrize("name", [name for name in CASES if name.startswith("drum")])
+def test_a_contact_wider_than_its_roller_is_told_whatever_is_asked(name: str) -> None:
+    """Slices are computed where they are asked for, or where a contact may be as wide as its roller; of most designs
+    force and size alone tell that none is."""
     rng = np.random.default_rng([2, 7])
-    data, columns = CASES["drum, groove, arm"](rng, 2000)
-    columns["material.cam.elastic_modulus"] = rng.uniform(1.0, 1000.0, 2000)
+    data, columns = CASES[name](rng, 2000)
+    columns["material.cam.elastic_modulus"] = np.exp(rng.uniform(np.log(0.1), np.log(1000.0), 2000))
     lives = "fatigue.cam_life_h", "fatigue.cam_slice_life_h"
     few, every = (evaluate(from_data(data), columns, lives[:count]) for count in (1, 2))
     assert few.words == every.words
     wide = [i for i, word in enumerate(every.words) if "wider" in word]
-    assert 0 < len(wide) < 20
+    assert 300 < len(wide) < 1000
     assert not compare(data, {key: values[wide[:3]] for key, values in columns.items()}).wrong
 
 

@@ -36,6 +36,8 @@ TURNS = 3
 """times that flexibilities and slice loads are computed in turn: each leaves about a tenth of the error before"""
 SPARE = 0.2
 """share of a roller that touches at all samples from which on some of it does between them too"""
+UNEVEN = 4.0
+"""times the mean that a roller's load may be at one of its ends, beside what the ratio of its levers makes of it"""
 NARROW, APART = 0.25, 4
 """share of a roller's radius above which a half-width at one of every so many samples may be more than it elsewhere"""
 NONE = 1e-9
@@ -177,6 +179,11 @@ class Axial(ABC):
     @abstractmethod
     def heights(self) -> tuple[Floats, Floats]:
         """Least and largest height of the roller above that at zero lift, mm."""
+
+    @property
+    @abstractmethod
+    def aside(self) -> Floats:
+        """Largest distance, mm, of a roller's line from the drum's axis."""
 
     @property
     @abstractmethod
@@ -572,13 +579,27 @@ class Axial(ABC):
     @property
     def too_wide(self) -> Mask:
         """Whether a contact is wider than its roller: of what touches hardly anywhere."""
-        rows = np.arange(self.variants.size) if "_hards" in vars(self) else np.flatnonzero(~self._narrow)
+        rows = np.arange(self.variants.size) if "_hards" in vars(self) else np.flatnonzero(~self._faint)
+        if rows.size and "_hards" not in vars(self):
+            rows = rows[~(self if rows.size == self.variants.size else self.of(rows))._narrow]
         found = np.zeros(self.variants.size, dtype=bool)
         if rows.size:
             some = self if rows.size == len(found) else self.of(rows)
             wide = [(one.half_width(some.pair) > some.roller) & np.isfinite(one.slice) for one in some._hards]
             found[rows] = np.any(wide, axis=0)
         return found
+
+    @property
+    def _faint(self) -> Mask:
+        """Whether no contact can be wide, without a look at any: most of the roller touches wherever it stands, since
+        the point beside it where it leaves the land is no further from the line that it stands on than the roller's own
+        line and its radius; a wall without undercut curves less than half away from its roller; and even as uneven a
+        load as levers make it is far too small."""
+        radius, length = self.radius, self.length
+        touching = np.sqrt(np.maximum(radius * radius - (self.aside + self.roller) ** 2, 0.0)) - self.low
+        line = UNEVEN * (radius / self.low) ** 2 * self.peak_force / (SPARE * length)
+        faint = 8.0 * self.pair * line < NARROW * NARROW * pi * self.roller
+        return np.asarray(faint & (touching > SPARE * length) & (self.low > 0.0) & (self.margin > 0.0))
 
     @property
     def _narrow(self) -> Mask:

@@ -42,6 +42,11 @@ class Slid(Axial):
         return self.motion.lift_range
 
     @property
+    def aside(self) -> Floats:
+        """None."""
+        return np.zeros(1)
+
+    @property
     def steepest(self) -> Floats:
         """Where the wall is nearest the drum's axis."""
         return self._angle(self.low)

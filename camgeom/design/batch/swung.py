@@ -112,6 +112,14 @@ class Swung(Axial):
         least, most = self._cosines(low - 0.5 * np.pi, high - 0.5 * np.pi)
         return self.arm * (least - np.sin(self.start)), self.arm * (most - np.sin(self.start))
 
+    @property
+    def aside(self) -> Floats:
+        """At an end of the swing, or where the arm stands across."""
+        low, high = self.swing
+        ends = [self.pivot - self.long * one for way in self.ways
+                for one in self._cosines(low + way * self.ahead, high + way * self.ahead)]  # fmt: skip
+        return np.asarray(np.max(np.abs(np.broadcast_arrays(*ends)), axis=0))
+
     # Geometry
 
     def _at(self, points: Points, way: float) -> Arm:
