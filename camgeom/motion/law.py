@@ -182,7 +182,7 @@ class Ends:
     start[r], end[r] is the derivative of order r + 1; `unit` is the inner value of one edge unit of lift (1 for mm,
     pi/180 for degrees) and `folder` the place that relative file names start from; `shared` says that a state is still
     sought together with a neighbour, so that the motion must answer to its ends linearly; `turn` is the share of a turn
-    that the segment takes, 0 outside a program; `best` the number of best laws of the motion, which have what their
+    that the segment takes, 0 outside a program; `best` the number of best laws of the cam, which have what their
     search may cost in common.
     """
 

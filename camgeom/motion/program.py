@@ -76,14 +76,16 @@ class Program:
         angular: bool = False,
         folder: str = "",
         key: str = "motion",
+        beside: int = 1,
     ) -> Program:
         """The program that begins at `start` (mm or rad) and runs through the segments, the last until 2 pi.
 
         closed=False lets it end elsewhere and repeat from there (a turret). `angular` says that lifts are angles, shown
-        in degrees in messages; `folder` is where relative file names start. Raises ProfileError with every problem
-        found, named `motion[i].key`.
+        in degrees in messages; `folder` is where relative file names start; `beside` the programs of the cam that have
+        best laws. Raises ProfileError with every problem found, named `motion[i].key`.
         """
-        spans, ends, pieces = _resolve(segments, start, closed, math.radians(1.0) if angular else 1.0, folder, key)
+        unit = math.radians(1.0) if angular else 1.0
+        spans, ends, pieces = _resolve(segments, start, closed, unit, folder, key, beside)
         advance = 0.0 if closed else spans[-1].after - start
         return cls(tuple(segments), spans, pieces, advance, ends)
 
@@ -186,7 +188,7 @@ class Program:
 
 
 def _resolve(
-    segments: Sequence[Segment], start: float, closed: bool, unit: float, folder: str, key: str
+    segments: Sequence[Segment], start: float, closed: bool, unit: float, folder: str, key: str, beside: int
 ) -> tuple[tuple[Span, ...], tuple[Ends, ...], tuple[tuple[Piece, ...], ...]]:
     """Spans, ends and pieces (lift over unit travel) of each segment; raises ProfileError with every problem."""
     problems = _problems(segments, start, closed, unit, folder, key)
@@ -202,7 +204,7 @@ def _resolve(
         from camgeom.motion.joining import all_ends
 
         ends = all_ends(segments, spans, unit, folder, key)
-    best = sum(segment.law == "optimal" for segment in segments)
+    best = beside * sum(segment.law == "optimal" for segment in segments)
     ends = [replace(one, best=max(best, 1)) for one in ends]
     pieces: list[tuple[Piece, ...]] = []
     for i, row in enumerate(zip(segments, spans, ends, strict=True)):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Protocol, cast, final, runtime_checkable
 
@@ -132,6 +133,8 @@ class Profile(Section):
     tolerance: SerializeAsAny[Section] | None = Field(None, description="errors of assembly and manufacture")
     source: str = Field("", description="the file it was read from", json_schema_extra=INTERNAL)
     _stated: dict[str, Any] | None = PrivateAttr(None)
+    _beside: int = PrivateAttr(1)
+    """programs of the cam that have best laws, which share what their search may cost"""
 
     def __eq__(self, other: object) -> bool:
         """Whether the sections are equal, however they were stated."""
@@ -283,7 +286,7 @@ class Profile(Section):
         problems = motion_problems(self.motion, follower, span, travel)
         if problems:
             raise ProfileError(problems, self.source)
-        program = program_of(self.motion, follower, span, _folder_name(self.source), travel)
+        program = program_of(self.motion, follower, span, _folder_name(self.source), travel, self._beside)
         corner = self.cutter_spec.corner_radius if self.cutter_spec is not None else 0.0
         carriage = self.cam.carriage(program)
         if carriage is not None:
@@ -355,11 +358,13 @@ def from_data(
 ) -> Profile:
     """The profile in plain data as `profile_text.load` gives it (tables as dict, arrays as tuple)."""
     first = {key: value for key, value in data.items() if key != "track"}
-    profile = _of_one_track(first, file, problems, dropped, tracks="track" in data)
+    further = data["track"] if isinstance(data.get("track"), tuple) else ()
+    one = partial(_of_one_track, beside=max(sum(map(_optimal, (first, *further))), 1))
+    profile = one(first, file, problems, dropped, tracks="track" in data)
     if "track" in data:
         from camgeom.profile.own_track import tracks_of
 
-        profile = profile.model_copy(update={"track": tracks_of(profile, data["track"], _of_one_track)})
+        profile = profile.model_copy(update={"track": tracks_of(profile, data["track"], one)})
         profile._stated = data
     followers = 1 + len(profile.station) + len(profile.tracks)
     if (states := len(profile.duty)) * followers > MOST_LOADED:
@@ -372,14 +377,22 @@ def from_data(
     return profile
 
 
+def _optimal(table: Any) -> bool:
+    """Whether the motion of a profile or track, as it is written, has a best law."""
+    motion = table.get("motion") if isinstance(table, dict) else None
+    segments = motion if isinstance(motion, tuple) else ()
+    return any(isinstance(segment, dict) and segment.get("law") == "optimal" for segment in segments)
+
+
 def _of_one_track(
     data: dict[str, Any], file: str = "", problems: list[Problem] | None = None, dropped: set[Path_] | None = None,
-    tracks: bool = False,
+    tracks: bool = False, beside: int = 1,
 ) -> Profile:  # fmt: skip
-    """The same of a profile without [[track]], the first of several `tracks` on a body or alone."""
+    """The same of a profile without [[track]], the first of several `tracks` on a body or alone; `beside` as of it."""
     reader = Reader(Profile, data, file, list(problems or []), set(dropped or ()))
     try:
         profile = Profile(**reader.parts(), source=file)
+        profile._beside = beside
         if found := _cross_checks(profile, tracks):
             raise ProfileError(first_of(found), file)
     except ProfileError as error:

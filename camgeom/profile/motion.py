@@ -169,9 +169,11 @@ def _index_problems(motion: Sequence[MotionSegment], index: float, stops: int) -
 
 
 def program_of(
-    motion: Sequence[MotionSegment], follower: AnyFollower, span: float, folder: str, travel: float | None = None
+    motion: Sequence[MotionSegment], follower: AnyFollower, span: float, folder: str, travel: float | None = None,
+    beside: int = 1,
 ) -> Program:
-    """The motion program, mm or rad over rad of cam angle; of a cam that slides its turn is the travel, mm.
+    """The motion program, mm or rad over rad of cam angle; of a cam that slides its turn is the travel, mm. `beside`:
+    of how many programs of the cam best laws share what their search may cost.
 
     Where the profile states half a turn the other half mirrors it: s(theta + pi) = lift - s(theta). Raises
     ProfileError with every problem of the segments.
@@ -187,7 +189,8 @@ def program_of(
     if turret:
         segments = _on_whole_indexes(segments, 2.0 * pi / follower.stops)  # type: ignore[union-attr]
     try:
-        return Program.from_segments(segments, closed=not turret and travel is None, angular=turning, folder=folder)
+        closed = not turret and travel is None
+        return Program.from_segments(segments, closed=closed, angular=turning, folder=folder, beside=beside)
     except ProfileError as refused:
         raise ProfileError([_as_written(problem, motion) for problem in refused.problems], refused.file) from None
     except ArithmeticError as error:

@@ -16,6 +16,7 @@ from scipy.integrate import quad
 from scipy.optimize import linprog
 
 from camgeom.errors import NotConverged, ProfileError
+from camgeom.model import Model
 from camgeom.motion import LAWS, Program, Segment, make
 from camgeom.motion.law import Ends
 from camgeom.motion.optimal.best import Best, Impossible, best, sought
@@ -26,7 +27,7 @@ from camgeom.motion.optimal.search import ORDINARY, Sight, find
 from camgeom.motion.optimal.shape import Shape, residual_peaks, residuals
 from camgeom.motion.optimal.wish import ALL, Task, Wish
 from camgeom.motion.table import PieceTable
-from camgeom.profile import parse
+from camgeom.profile import from_data, parse, read_data
 from tests.places import PROFILES
 
 TURN = 2.0 * math.pi
@@ -803,9 +804,22 @@ def test_laws_of_one_motion_have_what_a_search_may_cost_in_common() -> None:
     assert isinstance(alone, Best)
     assert isinstance(shared, Best)
     assert (shared.value, shared.bound) == (alone.value, alone.bound)
-    with pytest.raises(NotConverged, match=f"steps than are spent on one of {most + 1} in a motion; a narrower"):
+    with pytest.raises(NotConverged, match=f"steps than are spent on one of {most + 1} of a cam; a narrower"):
         find(Task.of(wish), None, SearchPurse(among=most + 1))
     head = (PROFILES / "disc_offset_roller.toml").read_text().partition("[[motion]]")[0]
     law = 'law = "optimal"\nminimise = "jerk"'
     motion = "".join(f"[[motion]]\nuntil = {90 * k}\nto = {12 * (k % 2)}\n{law}\n" for k in range(1, 5))
     assert [ends.best for ends in parse(head + motion).setup().program.ends] == [4, 4, 4, 4]
+
+
+def test_laws_of_all_tracks_have_it_in_common() -> None:
+    data = read_data(PROFILES / "two_groove_drum.toml")
+    best = {"law": "optimal", "minimise": "jerk"}
+    data["motion"] = tuple({**one, **best} if "to" in one else one for one in data["motion"])
+    (track,) = data["track"]
+    alone, shared = from_data(data), dict(track)
+    shared["motion"] = tuple({**one, **best} if "to" in one else one for one in track["motion"])
+    both = from_data({**data, "track": (shared,)})
+    assert {ends.best for ends in alone.setup().program.ends} == {2}
+    for profile in (both, both.tracks[0].whole, Model(both).bindings[1].profile):
+        assert {ends.best for ends in profile.setup().program.ends} == {4}

@@ -108,7 +108,7 @@ class Solved:
 class SearchPurse:
     """What the search for one law may cost: steps of the simplex method, each as dear as its programme has rows.
 
-    Counted, not timed, so that the same requirement has the same answer on every machine. Of several laws of a motion,
+    Counted, not timed, so that the same requirement has the same answer on every machine. Of several laws of a cam,
     `among`, each has its share.
     """
 
@@ -126,7 +126,7 @@ class SearchPurse:
         if self.left <= 0:
             raise NotConverged(
                 "the best law for this requirement takes more steps than are spent on one"
-                + (f" of {self.among} in a motion" if self.among > 1 else "")
+                + (f" of {self.among} of a cam" if self.among > 1 else "")
                 + "; a narrower band, a velocity limit less or a looser jerk limit is found sooner"
             )
 
