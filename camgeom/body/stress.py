@@ -30,7 +30,7 @@ from camgeom.mechanics.material import Material
 from camgeom.mechanics.roller_duty import RollerDuty
 from camgeom.track import TURN
 
-A_WALL, A_ROOT, MOST_SECONDS = 10.0, 22.0, 90.0
+A_WALL, A_ROOT, MOST_SECONDS = 10.0, 22.0, 66.0
 """s of one core that a track's wall takes over the turn, that the peak at a round root takes under a follower on both
 meshes (measured 5 to 13 and 10 to 23), and that are spent on all of a design"""
 ANGLES = 72

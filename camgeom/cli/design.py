@@ -99,7 +99,7 @@ def _globoidal(arguments: argparse.Namespace) -> Design:
     stops = _number(arguments, "stops")
     if stops is None or stops != int(stops):
         raise UsageError("--stops: needs a whole number from 1 to 48")
-    if arguments.name is not None and not (arguments.name.isprintable() and 1 <= len(arguments.name) <= 120):
+    if arguments.name is not None and not (arguments.name.isprintable() and 1 <= len(arguments.name.strip()) <= 120):
         raise UsageError("--name: needs 1 to 120 characters that can be shown")
     wanted = Wanted(
         int(stops),

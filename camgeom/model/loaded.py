@@ -103,9 +103,9 @@ def frame_volume(model: Model) -> Volume:
     return frame_volume(plate, model.drive, material, None if angle is None else radians(angle))
 
 
-MOST_BELOW, A_BELOW = 12, 1.5
+MOST_BELOW, A_BELOW = 4, 6.0
 """followers and operating states of a design below whose contacts the body is solved, and s of one core that each takes
-(measured 0.5 to 2)"""
+(measured 0.5 to 6)"""
 
 
 def below(model: Model, runs: int) -> Below | None:

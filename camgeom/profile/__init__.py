@@ -26,6 +26,7 @@ from camgeom.profile.reader import Reader, first_of
 from camgeom.profile.sections import (
     INCH,
     INTERNAL,
+    MOST_FOLLOWED,
     MOST_LOADED,
     MOST_STATES,
     MOST_STATIONS,
@@ -61,8 +62,8 @@ _FILES: Any = {"__all__": {"rows_from"}}
 UNTOLD: Any = {"source": True, "units": True, "motion": _FILES,
                "track": {"__all__": {"profile": {"source": True, "units": True, "motion": _FILES}}}}
 """what a design does not rest on: where it and its tables were read, and in which unit"""
-MOST_ROWS = 20_000
-"""of all force tables together, a quarter of it on a turret: a run then takes 10 to 30 s and up to 1 GB"""
+MOST_ROWS, MOST_TURRET_ROWS = 9_000, 5_000
+"""of all force tables together, beside a roller and on a turret: a run then takes 10 to 30 s and up to 1.7 GB"""
 
 
 @runtime_checkable
@@ -370,6 +371,9 @@ def from_data(
     if (states := len(profile.duty)) * followers > MOST_LOADED:
         most = f"at most {MOST_LOADED // followers}, {MOST_LOADED} with those of all followers"
         raise ProfileError([Problem("duty", f"too many states of {followers} followers", states, most)], file)
+    if (followed := _followed(profile)) > MOST_FOLLOWED:
+        what = "too many segments of motions and rows of forces, of every follower in every state"
+        raise ProfileError([Problem("duty", what, followed, f"at most {MOST_FOLLOWED}")], file)
     others = [track.whole for track in profile.tracks]
     rollers = [one.roller for one in (profile, *others)]
     if found := profile.cam.together([one.cam for one in others], rollers) or idle_way(profile):
@@ -478,8 +482,8 @@ def _forces(
     """
     if not forces:
         return
-    rows = sum(len(force.table or ()) for force in forces)
-    most = MOST_ROWS // 4 if isinstance(profile.follower, TurretFollower) else MOST_ROWS
+    rows = _rows(forces)
+    most = MOST_TURRET_ROWS if isinstance(profile.follower, TurretFollower) else MOST_ROWS
     if rows > most:
         hint = "the force is followed from row to row, round all rollers that bear: fewer rows, or an expression"
         yield Problem(f"{place}.force", "has too many rows in its tables", rows, f"at most {most}", hint)
@@ -491,6 +495,22 @@ def _forces(
             force.applied(f"{place}.force[{index}].expression")(theta, s, omega * v, omega * omega * a)
         except ProfileError as error:
             yield from error.problems
+
+
+def _rows(forces: tuple[Force, ...]) -> int:
+    """Of all tables together."""
+    return sum(len(force.table or ()) for force in forces)
+
+
+def _followed(profile: Profile) -> int:
+    """Segments of the motions and rows of forces' tables that are followed, of every follower in every state."""
+    total = 0
+    for one in (profile, *(track.whole for track in profile.tracks)):
+        own = one.operation.force if one.operation is not None else ()
+        followers = [station.force or own for station in one.stations] + [own]
+        states = [state.force for state in profile.operating_states] or [None]
+        total += sum(len(one.motion) + _rows(force or mine) for force in states for mine in followers)
+    return total
 
 
 def _folder_name(file: str) -> str:

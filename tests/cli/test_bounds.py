@@ -368,3 +368,23 @@ def test_the_time_of_a_solver_is_that_of_all_its_states(count: int, shared: bool
         return
     with pytest.raises(NotConverged, match=r"2\.98 s .* more than the 2\.67 s .* each of 6 followers and operating"):
         _ = study.steady
+
+
+@pytest.mark.parametrize(("states", "angles"), [(8, 0), (4, 1), (16, 1)])
+def test_what_followers_follow_in_all_states_has_a_bound_in_common(states: int, angles: int) -> None:
+    """Segments and rows of forces, 40 000 at most: a row more of the table is too many. With 4 901 rows and 256 of them
+    a check did not end in 150 s."""
+    text = of_states("disc_offset_roller", states, 100.0, 1.0, *(90.0 for _ in range(angles)))
+    head, _, rest = text.partition("[[operation.force]]")
+    assert rest
+    rest = rest[rest.index("[material") :]
+    segments = text.count("[[motion]]")
+    most = (40_000 // (states * (1 + angles))) - segments
+    for count, refused in ((most, False), (most + 1, True)):
+        table = [[360.0 * k / count, 100.0] for k in range(count)]
+        force = f"[[operation.force]]\ntable = {table}\n"
+        if not refused:
+            assert len(parse(head + force + rest).duty) == states
+            continue
+        with pytest.raises(ProfileError, match=r"duty: too many segments .* \(found 40\d{3}\); allowed: at most 40000"):
+            parse(head + force + rest)

@@ -90,7 +90,7 @@ def test_command_writes_a_profile_that_parses(name, tmp_path, capsys):
         (["--stops", "6", "--center-distance", "180"], "--motion-angle or --ratio"),
         (["--stops", "6.5", "--ratio", "1", "--center-distance", "180"], "whole number"),
         (["--stops", "6", "--ratio", "1", "--center-distance", "180", "--name", "a\x7fb"], "can be shown"),
-        (["--stops", "6", "--ratio", "1", "--center-distance", "180", "--name", ""], "can be shown"),
+        (["--stops", "6", "--ratio", "1", "--center-distance", "180", "--name", " "], "can be shown"),
         (["--stops", "6", "--ratio", "x", "--center-distance", "180"], "needs a number"),
         (["--stops", "6", "--ratio", "1"], "center-distance"),
     ],
