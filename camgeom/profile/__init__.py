@@ -373,7 +373,8 @@ def from_data(
         raise ProfileError([Problem("duty", f"too many states of {followers} followers", states, most)], file)
     if (followed := _followed(profile)) > MOST_FOLLOWED:
         what = "too many segments of motions and rows of forces, of every follower in every state"
-        raise ProfileError([Problem("duty", what, followed, f"at most {MOST_FOLLOWED}")], file)
+        named = next(key for key in ("duty", "track", "station", "motion") if getattr(profile, key))
+        raise ProfileError([Problem(named, what, followed, f"at most {MOST_FOLLOWED}")], file)
     others = [track.whole for track in profile.tracks]
     rollers = [one.roller for one in (profile, *others)]
     if found := profile.cam.together([one.cam for one in others], rollers) or idle_way(profile):

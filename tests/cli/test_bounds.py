@@ -27,7 +27,7 @@ from camgeom.maths import Floats, within_range
 from camgeom.maths.panels import panels, resolved
 from camgeom.model import Model, vibration
 from camgeom.motion.own import load_laws
-from camgeom.profile import parse, read
+from camgeom.profile import from_data, parse, read, read_data
 from camgeom.reading import MAX_LINE, lines_of, read_bytes
 from camgeom.report.result import compute
 from tests.places import PROFILES
@@ -388,3 +388,15 @@ def test_what_followers_follow_in_all_states_has_a_bound_in_common(states: int, 
             continue
         with pytest.raises(ProfileError, match=r"duty: too many segments .* \(found 40\d{3}\); allowed: at most 40000"):
             parse(head + force + rest)
+
+
+def test_what_several_tracks_follow_is_told_of_the_tracks() -> None:
+    """Without [[duty]] there is none to blame: five tracks with a table of 8 500 rows each."""
+    data = read_data(PROFILES / "two_groove_drum.toml")
+    table = tuple((360.0 * k / 8500, 100.0) for k in range(8500))
+    data["operation"] = {**data["operation"], "force": ({"table": table},)}
+    (track,) = data["track"]
+    assert len(from_data(data).tracks) == 1
+    many = tuple({**track, "angle": 60.0 * k} for k in range(1, 5))
+    with pytest.raises(ProfileError, match=r"track: too many segments .* allowed: at most 40000"):
+        from_data({**data, "track": many})
