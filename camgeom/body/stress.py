@@ -21,7 +21,6 @@ from camgeom.body.groove import Walled
 from camgeom.body.load import LoadPatch, RollerLoad, asked_patch, nodal_forces
 from camgeom.body.ring import RingMesh, SweptSection, even_planes, ring_of
 from camgeom.body.solver import Elastic, elastic
-from camgeom.errors import NotConverged
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
@@ -30,9 +29,6 @@ from camgeom.mechanics.material import Material
 from camgeom.mechanics.roller_duty import RollerDuty
 from camgeom.track import TURN
 
-A_WALL, A_ROOT, MOST_SECONDS = 10.0, 22.0, 66.0
-"""s of one core that a track's wall takes over the turn, that the peak at a round root takes under a follower on both
-meshes (measured 5 to 13 and 10 to 23), and that are spent on all of a design"""
 ANGLES = 72
 """cam angles of the curve, and planes of its mesh"""
 NEAR = 1e-9
@@ -225,6 +221,10 @@ class Bending(Protocol):
         """The peak on the coarser and the finer mesh; none of a sharp root, whose stress has no end."""
 
 
+def _freely() -> None:
+    """No price."""
+
+
 @final
 @immutable
 class PressedRing:
@@ -232,7 +232,7 @@ class PressedRing:
 
     angle   rad, asked of the peak; None: where force over squared thickness of the wall is largest
     solved  gives the nominal stress where it is solved together with that of others, see `nominals`
-    among   tracks and followers of the design whose walls are solved, which have the time that is spent in common
+    afford  raise NotConverged where this wall over the turn, and where this peak would take too long
     """
 
     ring: Bending
@@ -240,7 +240,7 @@ class PressedRing:
     material: Material
     angle: float | None = None
     solved: Callable[[], Floats] | None = None
-    among: tuple[int, int] = (1, 1)
+    afford: tuple[Callable[[], None], Callable[[], None]] = (_freely, _freely)
 
     @property
     def notches(self) -> None:
@@ -278,7 +278,7 @@ class PressedRing:
     @cached_property
     def nominal(self) -> Floats:
         """Of the pressed wall."""
-        self._refuse_costly()
+        self.afford[0]()
         return nominals((self,))[0] if self.solved is None else self.solved()
 
     def under(self, mesh: RingMesh, solver: Elastic) -> Floats:
@@ -308,18 +308,8 @@ class PressedRing:
     @cached_property
     def peaks(self) -> tuple[StressPeak, ...]:
         """On the coarser and the finer mesh. Raises NotConverged where those of the design would take too long."""
-        self._refuse_costly()
+        self.afford[1]()
         return self.ring.peaks(self.patch, self.material)
-
-    def _refuse_costly(self) -> None:
-        tracks, followers = self.among
-        seconds = A_WALL * tracks + (0.0 if self.sharp else A_ROOT * followers)
-        if seconds > MOST_SECONDS:
-            raise NotConverged(
-                f"stress at the roots of {tracks} tracks under {followers} followers would take about {seconds:.3g} s "
-                f"of one core, more than the {MOST_SECONDS:g} s that are spent: fewer of them, or leave "
-                "material.cam.bending_limit out"
-            )
 
 
 def nominals(rings: Sequence[PressedRing]) -> list[Floats]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from math import degrees, inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
@@ -22,6 +23,7 @@ from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import fact, fact_of
 from camgeom.model.body import MassProperties
+from camgeom.model.price import a_drawing
 from camgeom.model.seen import Seen
 from camgeom.profile import Readable, given
 from camgeom.solid.mechanism import Drive
@@ -396,7 +398,7 @@ class Model(Seen):
         """
         from camgeom.model.loaded import below
 
-        return below(self, len(self._runs))
+        return below(self)
 
     @fact
     def turret_duty(self) -> TurretDuty | None:
@@ -414,7 +416,7 @@ class Model(Seen):
         from camgeom.model.vibration import indexing_of, one_of
 
         spec = self.profile.dynamics_spec
-        return one_of(len(self._runs), indexing_of(self)) if spec is not None and spec.kind == "indexing" else None
+        return one_of(self, indexing_of(self)) if spec is not None and spec.kind == "indexing" else None
 
     @fact_of("_moving")
     def elastic_follower(self) -> FollowerStudy | None:
@@ -425,7 +427,7 @@ class Model(Seen):
         if spec is None or spec.kind != "follower":
             return None
         study = elastic_follower_of(self.profile, self.mechanism, self.load, self.below)
-        return one_of(len(self._runs), study)
+        return one_of(self, study)
 
     @fact
     def dynamic_duties(self) -> tuple[Duty, ...]:
@@ -491,10 +493,9 @@ class Model(Seen):
     @fact_of("_moving")
     def impact_most(self) -> int | None:
         """Steps that this run may take, beside those of other followers and states, which are solved in their order."""
-        from camgeom.model.impact import most_steps, steps_taken
+        from camgeom.model.impact import most_steps
 
-        before = self._runs[: self._runs.index(self)]
-        return most_steps(self.profile, len(self._runs), [steps_taken(one) for one in before])
+        return most_steps(self)
 
     @fact_of("_moving")
     def impact_pressure(self) -> Extreme:
@@ -514,7 +515,7 @@ class Model(Seen):
         run = self.impact
         if run is None:
             return ()
-        return impact_duties_of(self.profile, self.mechanism, self.load, run, len(self._runs))
+        return impact_duties_of(self, run)
 
     @fact_of("_alike")
     def impact_lives(self) -> dict[str, float]:
@@ -559,7 +560,7 @@ class Model(Seen):
         from camgeom.model.impact import clearance_rows
 
         run, spec = self.impact, self.profile.impact_spec
-        return clearance_rows(spec, run, self._differing) if run is not None and spec is not None and spec.study else ()
+        return clearance_rows(self, run) if run is not None and spec is not None and spec.study else ()
 
     @fact_of("_moving")
     def impact_law_rows(self) -> tuple[StudyRow | Unsolved, ...]:
@@ -567,7 +568,7 @@ class Model(Seen):
         from camgeom.model.impact import law_rows
 
         spec = self.profile.impact_spec
-        return law_rows(self.profile, self._differing) if spec is not None and spec.laws else ()
+        return law_rows(self) if spec is not None and spec.laws else ()
 
     @fact_of("_moving")
     def impact_law_runs(self) -> dict[str, ImpactRun]:
@@ -618,7 +619,7 @@ class Model(Seen):
             kin.append(("body", self.bindings[0].tolerances))
         if self.mates[0].number != self.number:
             kin.append(("track", self.mates[0].tolerances))
-        return ToleranceStudy(loaded, spec, self.number, self.groove, tuple(kin))
+        return ToleranceStudy(loaded, spec, self.number, self.groove, tuple(kin), partial(a_drawing, self))
 
     def _peak(self) -> float | None:
         carrier = self.hardest_state.carrier

@@ -16,6 +16,7 @@ from camgeom.maths.panels import TURN
 from camgeom.mechanics.duty import least_lives
 from camgeom.mechanics.material import pair_compliance
 from camgeom.model.loads import carriers, load_of, ratings_of
+from camgeom.model.price import ENDS, IMPACTS, STUDIES, afford, impact_steps
 from camgeom.profile.solvers import refuse, with_law
 
 if TYPE_CHECKING:
@@ -52,30 +53,22 @@ def impact_of(profile: Profile, mechanism: Mechanism, load: Load, most: int | No
     return solve(impact_problem(profile, mechanism, load), turns=spec.turns, rtol=spec.tolerance, most=most)
 
 
-def most_steps(profile: Profile, runs: int, taken: list[int]) -> int | None:
-    """Steps that a run may take, of followers and operating states that differ, beside the steps of those before it.
+def most_steps(model: Model) -> int | None:
+    """Steps that a run may take, beside those of other followers and operating states that differ, which are solved in
+    their order; None without [impact].
 
     All together have a purse, of which none takes more than twice its share, nor what ordinary turns of those after it
-    need; None of a run alone, which has the solver's own bound. Raises NotConverged before the first of them starts
-    where ordinary turns of all would take too long.
+    need. Raises NotConverged before the first of them starts where ordinary turns of all would take too long.
     """
-    from camgeom.dynamics.impact.solver import MOST_OF_ALL, ORDINARY
-    from camgeom.dynamics.impact.spec import A_TURN, TURNS_OF_ALL
+    from camgeom.dynamics.impact.solver import ORDINARY
 
-    spec = profile.impact_spec
-    if runs == 1 or spec is None:
+    spec, runs = model.profile.impact_spec, model.runs
+    if spec is None:
         return None
-    if runs * spec.turns > TURNS_OF_ALL:
-        fewer = f"at most {TURNS_OF_ALL // spec.turns} of them with these turns"
-        if 2 * runs <= TURNS_OF_ALL:
-            fewer += f", or impact.turns = {TURNS_OF_ALL // runs}"
-        raise NotConverged(
-            f"impacts of {runs} followers and operating states that differ, {spec.turns} turns each, would take about "
-            f"{A_TURN * runs * spec.turns:.3g} s of one core with their lives, more than the "
-            f"{A_TURN * TURNS_OF_ALL:g} s that are spent: {fewer}"
-        )
-    after = (runs - len(taken) - 1) * spec.turns * ORDINARY
-    return min(2 * MOST_OF_ALL // runs, MOST_OF_ALL - sum(taken) - after)
+    afford(model, IMPACTS)
+    every, before = impact_steps(model), runs[: runs.index(model._moving)]
+    after = (len(runs) - len(before) - 1) * spec.turns * ORDINARY
+    return min(2 * every // len(runs), every - sum(map(steps_taken, before)) - after)
 
 
 def steps_taken(model: Model) -> int:
@@ -89,48 +82,36 @@ def steps_taken(model: Model) -> int:
     return len(run.recorded.steps) if run is not None else 0
 
 
-MOST_FINITE = 32
-"""contacts of rollers with stated ends over a turn, of all runs of a design"""
-A_FINITE = 1.25
-"""s of one core that one of them takes"""
 MOST_POINTS = 600_000
 """cam angles at which they are looked at, of all runs of a design, ten or more in every step of its solver"""
 A_POINT = 1.3e-3
 """MB that they hold of one"""
 
 
-def impact_duties_of(
-    profile: Profile, mechanism: Mechanism, load: Load, run: ImpactRun, runs: int = 1
-) -> tuple[Duties, ...]:
+def impact_duties_of(model: Model, run: ImpactRun) -> tuple[Duties, ...]:
     """The duties of all that presses the cam, in every counted turn of a run, by the code of the rigid ones.
 
-    runs   how many such runs the design asks for; raises NotConverged where their contacts would take too long, or too
-           much memory
+    Raises NotConverged where the contacts of all runs of the design would take too long, or too much memory.
     """
     from camgeom.mechanics.roller_duty import RollerDuty
 
-    spec = profile.impact_spec
+    profile, spec, load = model.profile, model.profile.impact_spec, model.load
     assert spec is not None
+    afford(model, ENDS)
     found = []
     for turn in range(spec.settle, len(run.turn_times())):
         where, thrust = run.thrust(turn)
         acting = replace(load, solved=partial(where.at, thrust / MILLI if load.rotating else thrust), solved_on=where)
-        found.append(carriers(profile.material, mechanism, acting, ratings_of(profile)))
+        found.append(carriers(profile.material, model.mechanism, acting, ratings_of(profile)))
     solved = [duty for duties in found for duty in duties if isinstance(duty, RollerDuty) and duty.level == "finite"]
-    each, points = len(solved), runs * sum(duty.force.panels.theta.size for duty in solved)
-    shared = f", {each} of each of {runs} followers and states that differ," * (runs > 1)
-    what = f"{each * runs} contacts{shared}"
+    runs, turns = len(model.runs), spec.turns - spec.settle
+    points = runs * sum(duty.force.panels.theta.size for duty in solved)
     if points > MOST_POINTS:
         raise NotConverged(
-            f"{what} of rollers with stated ends at {points} cam angles, the steps of the motion, would take about "
+            f"contacts of rollers with stated ends ({len(solved)}, turns of [impact]: {turns}, followers and states "
+            f"that differ: {runs}) at {points} cam angles, the steps of the motion, would take about "
             f"{A_POINT * points:.3g} MB, more than the {A_POINT * MOST_POINTS:.3g} MB that are spent on them: at most "
             f"{MOST_POINTS} angles, by fewer impact.turns, more that settle, or a larger impact.tolerance"
-        )
-    if each * runs > MOST_FINITE:
-        raise NotConverged(
-            f"{what} of rollers with stated ends over a turn would take about {A_FINITE * each * runs:.3g} s of one "
-            f"core, more than the {A_FINITE * MOST_FINITE:g} s that are spent on them: at most {MOST_FINITE} of them, "
-            "by fewer impact.turns or more that settle"
         )
     return tuple(found)
 
@@ -220,25 +201,24 @@ def impact_laws(profile: Profile) -> dict[str, ImpactProblem]:
     return found
 
 
-def clearance_rows(spec: ImpactSpec, run: ImpactRun, followers: int) -> tuple[StudyRow | Unsolved, ...]:
-    """The run's problem with every clearance that [impact] studies.
-
-    followers: how many of the cam differ, each of which studies its own. Raises NotConverged where they are too many.
-    """
+def clearance_rows(model: Model, run: ImpactRun) -> tuple[StudyRow | Unsolved, ...]:
+    """The run's problem with every clearance that [impact] studies. Raises NotConverged where they are too many."""
     from camgeom.dynamics.impact.study import clearance_study
 
-    _refuse_long(len(spec.study) * followers, spec)
+    spec = model.profile.impact_spec
+    assert spec is not None
+    afford(model, STUDIES)
     return tuple(clearance_study(run.problem, [MILLI * c for c in spec.study], **_counted(spec)))
 
 
-def law_rows(profile: Profile, followers: int) -> tuple[StudyRow | Unsolved, ...]:
+def law_rows(model: Model) -> tuple[StudyRow | Unsolved, ...]:
     """Every law that [impact] compares; raises as `impact_of`, and NotConverged where they are too many."""
     from camgeom.dynamics.impact.study import study
 
-    spec = profile.impact_spec
+    spec = model.profile.impact_spec
     assert spec is not None
-    _refuse_long(len(spec.laws) * followers, spec)
-    return tuple(study(impact_laws(profile), **_counted(spec)))
+    afford(model, STUDIES)
+    return tuple(study(impact_laws(model.profile), **_counted(spec)))
 
 
 def law_runs(profile: Profile) -> dict[str, ImpactRun]:
@@ -254,13 +234,6 @@ def law_runs(profile: Profile) -> dict[str, ImpactRun]:
         with suppress(NotConverged):
             found[law] = solve(problem, turns=spec.settle + 1, rtol=spec.tolerance)
     return found
-
-
-def _refuse_long(runs: int, spec: ImpactSpec) -> None:
-    from camgeom.dynamics.impact.spec import too_long
-
-    if said := too_long(runs, spec.turns):
-        raise NotConverged(said)
 
 
 def _counted(spec: ImpactSpec) -> dict[str, Any]:

@@ -8,11 +8,12 @@ from functools import partial
 from math import cos, hypot, radians, sin, sqrt
 from typing import TYPE_CHECKING
 
-from camgeom.errors import CamgeomError, DesignError, NotConverged
+from camgeom.errors import CamgeomError, DesignError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.mechanics.output_shaft import Bolts, OutputShaft, bolts_of, equivalent_stress
+from camgeom.model.price import BELOW, ROOTS, WALLS, afford
 from camgeom.solid.mechanism import Drive
 from camgeom.track import TURN, Swing
 
@@ -47,8 +48,9 @@ def root_stress(model: Model) -> RootStress | None:
         one.refuse_folded()
     alone = len(model.mates) == 1 or model.state is not None
     solved = None if alone else partial(_of_mates, model)
-    among = len(several), len(model.bindings)
-    return RootStress(PressedRing(body, model.duties, model.profile.material.cam, at, solved, among))
+    wall = model.groove if model.state is None else model.number
+    paid = partial(afford, model, WALLS, wall), partial(afford, model, ROOTS, model.number)
+    return RootStress(PressedRing(body, model.duties, model.profile.material.cam, at, solved, paid))
 
 
 def _of_mates(model: Model) -> Floats:
@@ -103,27 +105,17 @@ def frame_volume(model: Model) -> Volume:
     return frame_volume(plate, model.drive, material, None if angle is None else radians(angle))
 
 
-MOST_BELOW, A_BELOW = 4, 6.0
-"""followers and operating states of a design below whose contacts the body is solved, and s of one core that each takes
-(measured 0.5 to 6)"""
-
-
-def below(model: Model, runs: int) -> Below | None:
+def below(model: Model) -> Below | None:
     """What the body gives way below its contacts; None without dynamics.body_compliance.
 
-    runs  followers and operating states of the design that differ; raises NotConverged where all would take too long
+    Raises NotConverged where that of all followers and operating states would take too long.
     """
     spec = model.profile.dynamics_spec
     if spec is None or not spec.body_compliance:
         return None
     from camgeom.body.compliance import below_rollers, below_turret
 
-    if runs > MOST_BELOW:
-        raise NotConverged(
-            f"what the body gives way below its contacts would take about {A_BELOW * runs:.3g} s of one core for "
-            f"{runs} followers and operating states, more than the {A_BELOW * MOST_BELOW:g} s that are spent: at most "
-            f"{MOST_BELOW} of them, or leave dynamics.body_compliance out"
-        )
+    afford(model, BELOW)
     model.refuse_folded()
     if model.turret_duty is not None:
         return below_turret(model.parts, model.turret_duty, lambda: model.solid.mesh)

@@ -179,9 +179,9 @@ class Seen(Sealed):
         return self.profile.cam.mechanism(self.setup)
 
     @property
-    def _runs(self) -> list[Model]:
-        """The first of those that move alike, of all followers in all operating states, and this one's."""
-        return list({id(one._moving): one._moving for one in (*self._kin, self._me)}.values())
+    def runs(self) -> list[Model]:
+        """The first of those that move alike, of all followers in all operating states."""
+        return list({id(one._moving): one._moving for one in tuple(self._kin) or (self._me,)}.values())
 
     @property
     def _differing(self) -> int:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar, final
 
 import numpy as np
 
-from camgeom.errors import DesignError, NotConverged
+from camgeom.errors import DesignError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats, among
 from camgeom.maths.extremum import Extreme, hardest
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from camgeom.mechanics.duty import Duty
     from camgeom.mechanics.load import Load
     from camgeom.mechanics.turret_duty import TurretDuty
+    from camgeom.model import Model
     from camgeom.model.body import Body
     from camgeom.profile import Profile
     from camgeom.solid.mechanism import Mechanism
@@ -135,22 +136,21 @@ class IndexerInputs(Protocol):
     def below(self) -> Below | None: ...
 
 
-MOST_RUNS, A_RUN = 48, 0.45
-"""followers and operating states of a design that are solved as elastic ones, and s of one core that each takes beside
-the steps of its solver: the duties under its forces, and their lives (measured 0.3 to 0.6)"""
 Study = TypeVar("Study", "FollowerStudy", "IndexingStudy")
 
 
-def one_of(runs: int, study: Study) -> Study:
-    """A study beside those of other followers and operating states that differ, `runs` with it, which have time and
-    memory in common. Raises NotConverged where they are too many."""
-    if runs > MOST_RUNS:
-        raise NotConverged(
-            f"[dynamics] would take about {A_RUN * runs:.3g} s of one core for {runs} followers and operating states, "
-            f"more than the {A_RUN * MOST_RUNS:.3g} s that are spent: at most {MOST_RUNS} of them"
-        )
-    rigid = None if study.rigid is None else one_of(runs, study.rigid)
-    return replace(study, accuracy=replace(study.accuracy, runs=runs), rigid=rigid)
+def one_of(model: Model, study: Study) -> Study:
+    """A study beside those of other followers and operating states that differ, which have time and memory in common.
+    Raises NotConverged where they are too many."""
+    from camgeom.model.price import VIBRATION, afford, limit
+
+    afford(model, VIBRATION)
+    return _sharing(study, len(model.runs), limit(model, "vibration"), limit(model, "sweep"))
+
+
+def _sharing(study: Study, runs: int, together: float, sweep: float) -> Study:
+    rigid = None if study.rigid is None else _sharing(study.rigid, runs, together, sweep)
+    return replace(study, accuracy=replace(study.accuracy, runs=runs, together=together, sweep=sweep), rigid=rigid)
 
 
 def indexing_of(model: IndexerInputs) -> IndexingStudy:

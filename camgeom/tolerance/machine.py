@@ -13,7 +13,7 @@ from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.tolerance.causes import CAUSES
-from camgeom.tolerance.samples import BLOCK, SPENT, Drawn, Spreads
+from camgeom.tolerance.samples import BLOCK, Drawn, Spreads
 from camgeom.tolerance.sensitivity import SIZES
 from camgeom.tolerance.study import ToleranceStudy, tolerance_data
 
@@ -132,7 +132,7 @@ class MachineStudy:
     def _settled(self, shown: Given, used: set[str], wanted: float, samples: int, offset: float) -> Widest | None:
         """The tolerances scaled until all samples hold the wanted share, and not much less would."""
         cost = sum(sum(one.machines(each).cost) for one, each in zip(self.followers, shown))
-        whole = max(2, min(SETTLING - 4, int(3.0 * SPENT / (samples * cost))))
+        whole = max(2, min(SETTLING - 4, int(3.0 * self.followers[0].spent() / (samples * cost))))
         for turn in range(4 + whole):
             drawn = self._drawn(shown, min(samples, TRIAL) if turn < 4 else samples)
             ratios = self._ratios(drawn)

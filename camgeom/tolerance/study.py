@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import degrees, isfinite
 from typing import TYPE_CHECKING, Any, final
 
@@ -15,7 +16,7 @@ from camgeom.solid.mechanism import Drive
 from camgeom.tolerance.causes import ARCMIN, CAUSES, Cause, Sharing, applicable
 from camgeom.tolerance.ends import Ends
 from camgeom.tolerance.order import refuse_beyond
-from camgeom.tolerance.samples import Drawn, Machines, Spreads
+from camgeom.tolerance.samples import SPENT, Drawn, Machines, Spreads
 from camgeom.tolerance.sensitivity import Loaded, Sensitivities, resting_at
 from camgeom.tolerance.spec import ToleranceSpec
 from camgeom.tolerance.worst import Worst
@@ -31,6 +32,11 @@ NO_ROOM = 1e-9
 """mm, towards the end of a groove, that are rounding of none"""
 
 
+def _ordinary() -> float:
+    """s of one core for one drawing of machines beside nothing else."""
+    return SPENT
+
+
 @final
 @immutable
 class ToleranceStudy:
@@ -38,6 +44,7 @@ class ToleranceStudy:
 
     number  of the follower on the cam, 0 of the first; groove: the track that it runs on
     kin     followers before it of which it shares errors: the first on the body, and on its track
+    spent   gives the s of one core that one drawing of machines may take
     """
 
     loaded: Loaded
@@ -45,6 +52,7 @@ class ToleranceStudy:
     number: int = 0
     groove: int = 0
     kin: tuple[tuple[Sharing, ToleranceStudy], ...] = ()
+    spent: Callable[[], float] = _ordinary
 
     @cached_property
     def sensitivities(self) -> Sensitivities:
@@ -107,7 +115,7 @@ class ToleranceStudy:
         """Machines whose errors scatter so."""
         relative = self.spec is not None and self.spec.reference == "first-dwell"
         kin = tuple((sharing, one.machines(spreads)) for sharing, one in self.kin)
-        return Machines(self.sensitivities, spreads, relative, self.number, kin)
+        return Machines(self.sensitivities, spreads, relative, self.number, kin, self.spent())
 
     @cached_property
     def drawn(self) -> Drawn:

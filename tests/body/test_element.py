@@ -198,10 +198,33 @@ def test_planes_of_thin_elements_are_solved_together(monkeypatch: pytest.MonkeyP
     planes = np.arange(len(ring.nodes)) // (ring.face.shape[1] + ring.middle.shape[1])
     known = Elastic(ring, material).solve(loads)
     monkeypatch.setattr(sparse_solver, "STEPS", 80)
+    monkeypatch.setattr(sparse_solver, "IN_SINGLE", 80)
     found = SparseElastic(mesh, material, "bore", planes).solve(loads, 1e-9)
     assert np.abs(found - known).max() < 1e-6 * np.abs(known).max()
     with pytest.raises(NotConverged, match="too flat"):
         SparseElastic(mesh, material).solve(loads, 1e-9)
+
+
+def test_factors_of_single_precision_say_nothing_about_the_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same displacements within what may be left over, whatever unit forces have; in double where it is needed."""
+    ring, material = disc((2, 3, 3), 12), elasticity(E, NU)
+    loads = np.random.default_rng(6).normal(size=(len(ring.nodes), 3, 3)) * [1.0, 1e-60, 1e60]
+    mesh = HexMesh(ring.nodes, ring.elements, {"bore": ring.node_set("bore")})
+    known = Elastic(ring, material).solve(loads)
+    largest = np.abs(known).max(axis=(0, 1))
+    solver = SparseElastic(mesh, material)
+    for found in (solver.solve(loads, 1e-10), solver.solve(1e-3 * loads, 1e-10) * 1e3):
+        assert (np.abs(found - known).max(axis=(0, 1)) < 1e-8 * largest).all()
+    assert "_double" not in vars(solver)
+    none = SparseElastic(mesh, material).solve(np.zeros_like(loads))
+    assert not none.any()
+    monkeypatch.setattr(sparse_solver, "IN_SINGLE", 3)
+    other = SparseElastic(mesh, material)
+    assert (np.abs(other.solve(loads, 1e-10) - known).max(axis=(0, 1)) < 1e-8 * largest).all()
+    assert "_double" in vars(other)
+    monkeypatch.setattr(sparse_solver, "STEPS", 3)
+    with pytest.raises(NotConverged, match="too flat"):
+        SparseElastic(mesh, material).solve(loads, 1e-10)
 
 
 def test_a_folded_element_and_a_material_that_keeps_its_volume_are_refused() -> None:

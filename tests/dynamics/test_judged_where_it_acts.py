@@ -200,7 +200,7 @@ def test_many_runs_have_one_purse_of_steps(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(solver, "ORDINARY", 1)
 
     def allowed(purse: int) -> list[int | None]:
-        monkeypatch.setattr(solver, "MOST_OF_ALL", purse)
+        monkeypatch.setattr("camgeom.model.impact.impact_steps", lambda _: purse)
         model = running(*given, tables={"impact": IMPACT})
         last = model.states[3].impact  # asked first: the others are solved before it all the same
         assert last is not None
@@ -213,7 +213,9 @@ def test_many_runs_have_one_purse_of_steps(monkeypatch: pytest.MonkeyPatch) -> N
         allowed(sum(steps) - 1)
 
 
-@pytest.mark.parametrize(("states", "turns", "refused"), [(40, 2, False), (41, 2, True), (2, 40, False), (2, 41, True)])
+@pytest.mark.parametrize(
+    ("states", "turns", "refused"), [(55, 2, False), (56, 2, False), (60, 2, True), (2, 62, False), (2, 63, True)]
+)
 def test_runs_that_would_take_too_long_together_are_refused_before_they_start(
     states: int, turns: int, refused: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -221,26 +223,30 @@ def test_runs_that_would_take_too_long_together_are_refused_before_they_start(
     monkeypatch.setattr("camgeom.dynamics.impact.run.solve", lambda *_, most, **given: asked.append(most))
     given = [{"load_factor": 1.0 + 0.01 * number} for number in range(states)]
     model = running(*given, tables={"impact": IMPACT | {"turns": turns}})
+    loads = 0.05 * states
     if refused:
-        would = f"take about {0.5 * states * turns:.3g} s.*more than the 40 s.*at most {80 // turns} of them"
+        would = (f"impacts of {states} followers .* {turns} turns each, would take about {0.4 * states * turns:.3g} s.*"
+                 f"beside {loads:.3g} s of loads more than the 50 s.*at most {int((50 - loads) / 0.4)} turns together")
         with pytest.raises(NotConverged, match=would):
             _ = model.states[0].impact
     else:
         _ = model.states[0].impact
-        assert asked == [min(200_000 // states, 100_000 - (states - 1) * turns * 1000)]
+        left = 50.0 - loads - 0.4 * states * turns
+        every = int(1000 * (0.4 * states * turns + max(4.0, left)) / 0.4)
+        assert asked == [min(2 * every // states, every - (states - 1) * turns * 1000)]
 
 
 @pytest.mark.parametrize(("turns", "refused"), [(2, False), (3, True)])
 def test_contacts_of_stated_ends_that_would_take_too_long_are_refused_unsolved(
     turns: int, refused: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("camgeom.model.impact.MOST_FINITE", 2)
+    monkeypatch.setattr("camgeom.model.price.SPENT", 4.3)  # 0.1 of loads, 1.6 of impacts, 2.5 of contacts
     data = load(starter("cylindrical"), "drum")[0]
     tables = {"roller": data["roller"] | {"end_radius": 1.0}, "impact": IMPACT | {"turns": turns}}
     model = running({}, {"load_factor": 1.5}, tables=tables)
     assert model.states[0].impact is not None
     if refused:
-        with pytest.raises(NotConverged, match=r"^4 contacts, 2 of each of 2 .* about 5 s .* at most 2 of them"):
+        with pytest.raises(NotConverged, match=r"^contacts of .* \(4\) .* 5 s .* more than the 4.3 s .* most 1 of"):
             _ = model.states[0].impact_pressure
     else:
         assert len(model.states[0].impact_duties) == turns - 1
@@ -259,7 +265,7 @@ def test_contacts_of_stated_ends_that_would_hold_too_much_are_refused_unsolved(
     monkeypatch.setattr("camgeom.model.impact.MOST_POINTS", int(share * points))
     model = running(*states, tables=tables)
     if refused:
-        with pytest.raises(NotConverged, match=rf"^2 contacts, 1 of each of 2 .* at {points} cam angles, .* MB"):
+        with pytest.raises(NotConverged, match=rf"^contacts of .* \(1, turns .*: 1, .*: 2\) at {points} .* MB"):
             _ = model.states[0].impact_pressure
     else:
         assert len(model.states[0].impact_duties) == 1
@@ -295,9 +301,10 @@ def test_followers_that_differ_by_their_place_alone_move_alike_and_are_solved_on
     assert len({id(one.states[2].impact) for one in model.bindings}) == len(set(solved_by))
 
 
-def test_followers_that_differ_study_their_clearances_within_one_budget() -> None:
+def test_followers_that_differ_study_their_clearances_within_one_budget(monkeypatch: pytest.MonkeyPatch) -> None:
     spec = IMPACT | {"study": tuple(0.05 + 0.001 * number for number in range(30))}
     others = ({"angle": 90.0}, {"angle": 180.0, "load_mass": 1.0}, {"angle": 200.0, "load_mass": 2.0})
     model = running({}, tables={"impact": spec, "station": others})
-    with pytest.raises(NotConverged, match="90 runs of 2 turns and a check would take about 54 s"):
+    monkeypatch.setattr("camgeom.model.price.SPENT", 20.0)
+    with pytest.raises(NotConverged, match=r"would take about 27 s .* more than the 20 s"):
         _ = model.states[0].impact_clearances

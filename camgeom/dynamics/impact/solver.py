@@ -268,9 +268,6 @@ _MOST_STEPS = 30_000
 """a turn; an ordinary one takes a thousand, so that this is a stiffness no explicit step should follow"""
 MOST_OF_A_RUN = 60_000
 """of a run, or twice an ordinary one's where that has many turns: some ten seconds, 100 MB"""
-MOST_OF_ALL = 100_000
-"""of all runs of a design with several: each is solved once more to see what a disturbance does, and its pressures and
-lives are found, so that a step costs 0.3 to 0.5 ms"""
 ORDINARY = 1000
 """steps of an ordinary turn"""
 
@@ -299,7 +296,7 @@ class _Walk:
         self.events: list[Event] = []
         self.calls = 0
         turns = max(1.0, self.end / machine.problem.period)
-        self.most = self.allowed or int(min(_MOST_STEPS * turns, max(MOST_OF_A_RUN, 2 * ORDINARY * turns)))
+        self.most = int(min(_MOST_STEPS * turns, self.allowed or max(MOST_OF_A_RUN, 2 * ORDINARY * turns)))
         self.next = 0.0
         t, y = 0.0, start
         while t < self.end:

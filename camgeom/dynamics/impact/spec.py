@@ -33,11 +33,6 @@ NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 MOST_TURNS = 200
 """of all runs of a study together; a turn of a thousand steps takes about 0.2 s of one core with its statistics"""
 
-A_TURN = 0.5
-"""s of one core that such a turn of a design takes with its disturbed one, its pressures and lives"""
-TURNS_OF_ALL = 80
-"""of all runs of a design with several"""
-
 
 def too_long(runs: int, turns: int) -> str:
     """What keeps so many runs of so many turns, with the first turn of each solved again, from a study; "" for none."""

@@ -14,7 +14,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from camgeom.dynamics.linear.budget import refuse_costly
+from camgeom.dynamics.linear.budget import (
+    MOST_BYTES,
+    MOST_SECONDS,
+    MOST_SWEEP_SECONDS,
+    MOST_TOGETHER,
+    refuse_costly,
+)
 from camgeom.dynamics.linear.method import Method, System, find
 from camgeom.dynamics.linear.solve import Growing, Solution
 from camgeom.dynamics.linear.walk import MAX_STEPS, TurnGrid, aligned_grid
@@ -42,13 +48,15 @@ class Accuracy:
     """Tolerance as a share of the peak, checked by halving the step; method by name, "auto" for gauss8.
 
     `steps` fixes the steps a turn instead: then the error is measured by halving, whatever it is. `runs`: solutions
-    like this one that are wanted, which have seconds and bytes in common.
+    like this one that are wanted, which have bytes and the seconds `together` in common; `sweep`: s of a sweep.
     """
 
     tolerance: float = 1e-6
     method: str | Method = "auto"
     steps: int | None = None
     runs: int = 1
+    together: float = MOST_TOGETHER
+    sweep: float = MOST_SWEEP_SECONDS
 
     def __post_init__(self) -> None:
         problems = []
@@ -59,6 +67,11 @@ class Accuracy:
         if problems:
             raise ProfileError(problems)
         find(self.method)
+
+    def refuse_costly(self, system: System, method: Method, steps: float) -> None:
+        """Raise NotConverged where so many steps of one of them would take too long or too much memory."""
+        most = min(MOST_SECONDS, self.together / self.runs)
+        refuse_costly(system, method, steps, most, self.runs, MOST_BYTES / self.runs)
 
 
 STANDARD = Accuracy()
@@ -74,19 +87,21 @@ def solved(system: System, knots: Floats, accuracy: Accuracy, once: Once, watch:
     """A solution verified by halving, or one of the given steps with its error; one grid for all speeds."""
     method = find(accuracy.method)
     if accuracy.steps is not None:
-        refuse_costly(system, method, accuracy.steps * system.batch, runs=accuracy.runs)
+        accuracy.refuse_costly(system, method, accuracy.steps * system.batch)
         return measured(lambda g: once(g, method), aligned_grid(knots, accuracy.steps), watch)
     steps = predicted_steps(system, knots, accuracy.tolerance, method)
     grid = aligned_grid(knots, round(float(steps.max())))
-    refuse_costly(system, method, 2 * grid.steps * system.batch, runs=accuracy.runs)
-    return verified(affordable(system, method, once, accuracy.runs), grid, accuracy.tolerance, watch)
+    accuracy.refuse_costly(system, method, 2 * grid.steps * system.batch)
+    return verified(affordable(system, method, once, accuracy), grid, accuracy.tolerance, watch)
 
 
-def affordable(system: System, method: Method, once: Once, runs: int = 1) -> Callable[[TurnGrid], Solution]:
+def affordable(
+    system: System, method: Method, once: Once, accuracy: Accuracy = STANDARD
+) -> Callable[[TurnGrid], Solution]:
     """Solutions on the grids that are affordable; NotConverged, with the cost, for the others."""
 
     def solve(grid: TurnGrid) -> Solution:
-        refuse_costly(system, method, grid.steps * system.batch, runs=runs)
+        accuracy.refuse_costly(system, method, grid.steps * system.batch)
         return once(grid, method)
 
     return solve

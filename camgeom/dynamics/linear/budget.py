@@ -7,6 +7,7 @@ of step (docs/benchmarks.md): they decide what is begun, not what is found.
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import inf
 from typing import Any, Generic, TypeVar, final
 
 import numpy as np
@@ -22,8 +23,8 @@ MOST_BYTES = 1e9
 """of one solution"""
 MOST_SECONDS = 4.0
 """of one solution; an elastic drive or follower takes about ten times as long for all of its figures"""
-FULL = 4
-"""solutions of one design that may each take so long; more of them share what these take"""
+MOST_TOGETHER = 16.0
+"""of one solution of each of all followers and operating states"""
 MOST_SWEEP_SECONDS = 15.0
 """of a sweep"""
 VERIFIED = 1.5
@@ -47,21 +48,24 @@ def step_cost(system: System, method: Method) -> tuple[float, float]:
     return seconds, kept if system.linear else kept + 8.0 * (wide * wide + wide * (2 * m + 1) + 4 * m * (m + 1))
 
 
-def refuse_costly(system: System, method: Method, steps: float, most: float = MOST_SECONDS, runs: int = 1) -> None:
+def refuse_costly(
+    system: System, method: Method, steps: float, most: float = MOST_SECONDS, runs: int = 1, bytes_: float = MOST_BYTES
+) -> None:
     """Raise NotConverged where so many steps, over all speeds together, would take too long or too much memory.
 
-    runs  solutions like this one that a design asks for
+    most, bytes_  s and bytes that this solution may take
+    runs          solutions like this one that a design asks for
     """
     each, kept = step_cost(system, method)
-    seconds, size, bytes_ = VERIFIED * each * steps, VERIFIED * kept * steps, MOST_BYTES / runs
-    most *= min(1.0, FULL / runs)
-    if seconds <= most and (size <= bytes_ or most > MOST_SECONDS):
+    seconds, size = VERIFIED * each * steps, VERIFIED * kept * steps
+    if seconds <= most and size <= bytes_:
         return
     less = "" if system.linear else "exact_contact = false, "
     shared = f" on each of {runs} followers and operating states: fewer of them, " if runs > 1 else ": "
+    memory = (f" and {size / 1e9:.2g} GB", f" and {bytes_ / 1e9:.2g} GB") if bytes_ < inf else ("", "")
     raise NotConverged(
-        f"{steps:.3g} steps of {method.name} would take about {seconds:.3g} s and {size / 1e9:.2g} GB, more than the "
-        f"{most:.3g} s and {bytes_ / 1e9:.2g} GB that are spent{shared}{less}a larger dynamics.tolerance, a higher "
+        f"{steps:.3g} steps of {method.name} would take about {seconds:.3g} s{memory[0]}, more than the "
+        f"{most:.3g} s{memory[1]} that are spent{shared}{less}a larger dynamics.tolerance, a higher "
         "speed or fewer sweep_points need fewer; a drive whose modes are thousands of times as fast as its cam moves "
         "as a rigid one does, and needs no [dynamics]"
     )
@@ -72,14 +76,14 @@ class Purse:
     """What a sweep may still spend on its groups of speeds: those that are tried again in parts pay again."""
 
     def __init__(self, seconds: float = MOST_SWEEP_SECONDS) -> None:
-        self._left = seconds
+        self._seconds = self._left = seconds
 
     def pay(self, system: System, method: Method, steps: float) -> None:
         """Take the cost of so many steps, over all speeds together. Raises NotConverged where it is not left."""
         self._left -= step_cost(system, method)[0] * steps
         if self._left < 0.0:
             raise NotConverged(
-                f"the {MOST_SWEEP_SECONDS:g} s of the sweep are spent on speeds that are hard to solve: fewer "
+                f"the {self._seconds:.3g} s of the sweep are spent on speeds that are hard to solve: fewer "
                 "sweep_points, a range away from resonances, or damping"
             )
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from math import inf
 from typing import Generic, Protocol, TypeVar, final
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.dynamics.linear.accuracy import Accuracy, Once, affordable, predicted_steps, solved, verified
-from camgeom.dynamics.linear.budget import MOST_SWEEP_SECONDS, Purse, refuse_costly
+from camgeom.dynamics.linear.budget import Purse, refuse_costly
 from camgeom.dynamics.linear.method import Method, Side, System, find
 from camgeom.dynamics.linear.peaks import Output, OutputPeaks, peak
 from camgeom.dynamics.linear.solve import Solution, advance, periodic, transient
@@ -186,14 +187,14 @@ Answer = tuple[npt.NDArray[np.intp], Response[S] | str]
 
 def _grouped(at: Callable[[Floats], S], speeds: Floats, accuracy: Accuracy) -> list[Answer[S]]:
     """Responses of all speeds in groups: neighbours share a grid, at the price of at most two fifths more steps."""
-    everywhere, purse = np.arange(len(speeds)), Purse()
+    everywhere, purse = np.arange(len(speeds)), Purse(accuracy.sweep)
     if accuracy.steps is not None:
         steps = accuracy.steps
-        refuse_costly(at(speeds[:1]), find(accuracy.method), steps * len(speeds), MOST_SWEEP_SECONDS)
+        refuse_costly(at(speeds[:1]), find(accuracy.method), steps * len(speeds), accuracy.sweep, bytes_=inf)
         return [answer for part in _parts(everywhere) for answer in _answers(at, speeds, part, steps, accuracy, purse)]
     whole, method = at(speeds), find(accuracy.method)
     predicted = predicted_steps(whole, whole.knots, accuracy.tolerance, method)
-    refuse_costly(whole, method, 2.0 * float(predicted.sum()), MOST_SWEEP_SECONDS)
+    refuse_costly(whole, method, 2.0 * float(predicted.sum()), accuracy.sweep, bytes_=inf)
     rungs = np.exp2(np.ceil(np.log2(predicted) * 2.0) / 2.0).round().astype(int)
     out: list[Answer[S]] = []
     for rung in distinct(rungs):

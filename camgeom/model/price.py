@@ -1,0 +1,211 @@
+"""What the solvers of a design take together, known before the first of them begins: seconds of one core.
+
+Each has a price, counted from what the profile asks for. All are paid from one purse in one order, whichever is asked
+first, so that a profile has the same answers by every way; what the rest of it does not pay is not begun, and says so.
+Solvers whose steps are not known before (vibration, its sweep, impacts, machines drawn) share what is left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from typing import TYPE_CHECKING, final
+
+from camgeom.errors import CamgeomError, NotConverged
+from camgeom.immutable import immutable
+
+if TYPE_CHECKING:
+    from camgeom.model import Model
+
+SPENT = 50.0
+"""s of one core for all that has a price; surfaces and files come beside"""
+A_STATE = 0.05
+"""of the loads, contacts and lives of a follower in an operating state; they are always begun (measured 0.04 to 0.1)"""
+A_TURN = 0.4
+"""of an ordinary turn of [impact] with its disturbed one, its pressures and lives (measured 0.35)"""
+AN_END = 1.25
+"""of the contact of a roller with stated ends over such a turn"""
+A_RUN = 0.45
+"""of [dynamics] beside the steps of its solver: duties under its forces, and their lives (measured 0.3 to 0.6)"""
+A_BELOW = 6.0
+"""of what the body gives way below the contacts of a follower in an operating state (measured 0.5 to 6)"""
+A_WALL, A_ROOT = 10.0, 14.0
+"""of a wall over the turn, and of the peak at its round root on both meshes (measured 5 to 10 and 8 to 14)"""
+A_STUDIED = 0.1
+"""of a turn of [impact] with another clearance or law (measured 0.05)"""
+LIMITS = {"vibration": (0.3, 4.0, 16.0), "sweep": (0.25, 4.0, 15.0), "impacts": (0.5, 4.0, 24.0),
+          "machines": (0.3, 6.0, 24.0)}  # fmt: skip
+"""weights of solvers in what is left, and s that each may take at least and at most beyond its price"""
+DRAWINGS = 3
+"""of machines: where they rest, where they move, what presses them"""
+
+
+@final
+@immutable(eq=True)
+class Price:
+    """Of `count` alike; what it is for, and what to leave out where not one of them is paid for."""
+
+    what: str
+    count: int
+    each: float
+    of: str
+    without: str
+
+    @property
+    def seconds(self) -> float:
+        """Of one core."""
+        return self.count * self.each
+
+    def less(self, left: float) -> str:
+        """What would do."""
+        most = int(left / self.each)
+        return f"at most {most} {self.of}, or {self.without}" if most else self.without
+
+
+def afford(model: Model, name: str, part: int = 0) -> None:
+    """Raise NotConverged, with the figures, where the purse of the design does not pay for what is asked for.
+
+    part  of walls the number of the track, with [[duty]] of the follower; of roots that of the follower
+    """
+    paid = dict[str, float]()
+    for one, number, price in _prices(model):
+        left = SPENT - sum(paid.values())
+        asked = (one, number) == (name, part)
+        if asked and price.seconds > left:
+            others = " and ".join(f"{seconds:.3g} s of {what}" for what, seconds in paid.items())
+            raise NotConverged(
+                f"{price.what} would take about {price.seconds:.3g} s of one core, beside {others} more than the "
+                f"{SPENT:g} s that are spent on a design: {price.less(left)}"
+            )
+        if asked:
+            return
+        if price.seconds <= left:
+            paid[one] = paid.get(one, 0.0) + price.seconds
+
+
+def limit(model: Model, name: str) -> float:
+    """s of one core that a solver may take beyond its price, whose steps are not known before: of what is left, in
+    common with the others of them that the profile asks for."""
+    left = SPENT
+    for _, _, price in _prices(model):
+        left -= price.seconds if price.seconds <= left else 0.0
+    weight, least, most = LIMITS[name]
+    return min(max(left * weight / sum(LIMITS[one][0] for one in {name, *_limited(model)}), least), most)
+
+
+def a_drawing(model: Model) -> float:
+    """s of one core for one drawing of machines."""
+    return limit(model, "machines") / DRAWINGS
+
+
+def _limited(model: Model) -> Iterator[str]:
+    """Those that it asks for."""
+    profile = _first(model).profile
+    spec = profile.dynamics_spec
+    if spec is not None:
+        yield "vibration"
+    if spec is not None and spec.sweep is not None:
+        yield "sweep"
+    if profile.impact_spec is not None:
+        yield "impacts"
+    if profile.tolerance_spec is not None:
+        yield "machines"
+
+
+def impact_steps(model: Model) -> int:
+    """Steps that the runs of [impact] may take together: those of ordinary turns, and what their share of the rest pays
+    for."""
+    from camgeom.dynamics.impact.solver import ORDINARY
+
+    return int(ORDINARY * (_impacts(_first(model)).seconds + limit(model, "impacts")) / A_TURN)
+
+
+def _first(model: Model) -> Model:
+    """The first follower's, in no state of its own; a state whose model is gone is one alone."""
+    return next(iter(model.bindings), model)
+
+
+def _prices(model: Model) -> Iterator[tuple[str, int, Price]]:
+    """All that the design asks for, in the order in which it is paid."""
+    first = _first(model)
+    for name, priced in PRICES.items():
+        price = priced(first)
+        if price.count:
+            yield name, 0, price
+    if first.root_limit is not None:
+        yield from _roots(first)
+    if (studied := _studied(first)).count:
+        yield STUDIES, 0, studied
+
+
+def _loads(first: Model) -> Price:
+    count = max(len(first.bindings), 1) * len(first.states)
+    return Price("the loads", count, A_STATE, "followers and states", "fewer of [[duty]]")
+
+
+def _impacts(first: Model) -> Price:
+    turns = [spec.turns for run in first.runs if (spec := run.profile.impact_spec) is not None]
+    what = f"impacts of {len(turns)} followers and operating states that differ, {max(turns, default=0)} turns each,"
+    return Price(what, sum(turns), A_TURN, "turns together", "fewer of impact.turns")
+
+
+def _ends(first: Model) -> Price:
+    count = 0
+    for run in first.runs:
+        if (spec := run.profile.impact_spec) is None:
+            continue
+        with suppress(CamgeomError):  # without a rigid contact there is none under impacts either
+            count += sum(duty.level == "finite" for duty in run.duties) * (spec.turns - spec.settle)
+    what = f"contacts of rollers with stated ends over a turn of [impact] ({count})"
+    return Price(what, count, AN_END, "of them", "fewer impact.turns, or more that settle")
+
+
+def _vibration(first: Model) -> Price:
+    runs = sum(run.profile.dynamics_spec is not None for run in first.runs)
+    return Price(f"[dynamics] of {runs} followers and operating states that differ", runs, A_RUN, "of them",
+                 "leave [dynamics] out")  # fmt: skip
+
+
+def _below(first: Model) -> Price:
+    asked = [run.profile.dynamics_spec for run in first.runs]
+    runs = sum(spec is not None and spec.body_compliance for spec in asked)
+    what = f"what the body gives way below its contacts, of {runs} followers and operating states that differ,"
+    return Price(what, runs, A_BELOW, "of them", "leave dynamics.body_compliance out")
+
+
+def _roots(first: Model) -> Iterator[tuple[str, int, Price]]:
+    """Of walls over the turn, then of peaks at round roots."""
+    from camgeom.body.stress import PressedRing
+
+    walls, peaks = dict[int, None](), list[int]()
+    for one in first.bindings:
+        with suppress(CamgeomError):  # raised again where it is asked for
+            found = one.root_stress
+            if found is not None and isinstance(found.body, PressedRing):
+                # Followers on one track are solved together, but for their hardest states.
+                walls[one.number if first.profile.duty else one.groove] = None
+                if not found.body.sharp:
+                    peaks.append(one.number)
+    without = "leave material.cam.bending_limit out"
+    for number in walls:
+        yield WALLS, number, Price(f"stress in one of {len(walls)} walls over the turn", 1, A_WALL, "", without)
+    for number in peaks:
+        yield ROOTS, number, Price(f"the peak of stress at one of {len(peaks)} round roots", 1, A_ROOT, "", without)
+
+
+def _studied(first: Model) -> Price:
+    spec = first.profile.impact_spec
+    count = 0 if spec is None else (len(spec.study) + len(spec.laws)) * (spec.turns + 1) * first._differing
+    return Price("impact.study and impact.laws", count, A_STUDIED, "turns together", "fewer of them")
+
+
+IMPACTS, ENDS, VIBRATION, BELOW = "impacts", "contacts of stated ends", "[dynamics]", "body_compliance"
+WALLS, ROOTS, STUDIES = "walls", "roots", "studies of impacts"
+PRICES: dict[str, Callable[[Model], Price]] = {
+    "loads": _loads,
+    IMPACTS: _impacts,
+    ENDS: _ends,
+    VIBRATION: _vibration,
+    BELOW: _below,
+}
+"""in the order in which they are paid; then walls, roots and studies"""
