@@ -72,9 +72,9 @@ def afford(model: Model, name: str, part: int = 0) -> None:
         left = SPENT - sum(paid.values())
         asked = (one, number) == (name, part)
         if asked and price.seconds > left:
-            others = " and ".join(f"{seconds:.3g} s of {what}" for what, seconds in paid.items())
+            others = ", ".join(f"{seconds:.3g} s of {what}" for what, seconds in paid.items())
             raise NotConverged(
-                f"{price.what} would take about {price.seconds:.3g} s of one core, beside {others} more than the "
+                f"{price.what} would take about {price.seconds:.3g} s of one core beside {others}, more than the "
                 f"{SPENT:g} s that are spent on a design: {price.less(left)}"
             )
         if asked:
@@ -188,9 +188,9 @@ def _roots(first: Model) -> Iterator[tuple[str, int, Price]]:
                     peaks.append(one.number)
     without = "leave material.cam.bending_limit out"
     for number in walls:
-        yield WALLS, number, Price(f"stress in one of {len(walls)} walls over the turn", 1, A_WALL, "", without)
+        yield WALLS, number, Price(f"stress in a wall over the turn ({len(walls)} of them)", 1, A_WALL, "", without)
     for number in peaks:
-        yield ROOTS, number, Price(f"the peak of stress at one of {len(peaks)} round roots", 1, A_ROOT, "", without)
+        yield ROOTS, number, Price(f"the peak of stress at a round root ({len(peaks)} of them)", 1, A_ROOT, "", without)
 
 
 def _studied(first: Model) -> Price:

@@ -366,7 +366,8 @@ class Machines:
             waves = "" if self._waves < 4 else ", or fewer tolerance.flank_waves"
             raise NotConverged(
                 f"{samples} machines would take about {samples * each:.3g} s of one core, more than the "
-                f"{self.spent:.3g} s that are spent: at most {int(self.spent / each)} of tolerance.samples{waves}"
+                f"{self.spent:.3g} s that are left for one drawing of them: at most {int(self.spent / each)} of "
+                f"tolerance.samples{waves}"
             )
 
     @property

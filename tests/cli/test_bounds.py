@@ -349,7 +349,7 @@ def test_elastic_followers_and_states_are_no_more_than_can_be_solved(monkeypatch
     monkeypatch.setattr("camgeom.model.price.SPENT", 1.7)
     three, four = (Model(parse(of_states("globoidal_drive", count, 300.0, 100.0))) for count in (3, 4))
     assert all(state.dynamic_duties for state in three.states)
-    told = r"^\[dynamics\] of 4 followers .* about 1.8 s of one core, beside 0.2 s of loads .* most 3 of"
+    told = r"^\[dynamics\] of 4 followers .* about 1.8 s of one core beside 0.2 s of loads, .* most 3 of"
     with pytest.raises(NotConverged, match=told):
         _ = four.states[0].dynamic_duties
     assert four.turret_duty is not None  # what needs no [dynamics] stands

@@ -226,7 +226,7 @@ def test_runs_that_would_take_too_long_together_are_refused_before_they_start(
     loads = 0.05 * states
     if refused:
         would = (f"impacts of {states} followers .* {turns} turns each, would take about {0.4 * states * turns:.3g} s.*"
-                 f"beside {loads:.3g} s of loads more than the 50 s.*at most {int((50 - loads) / 0.4)} turns together")
+                 f"beside {loads:.3g} s of loads, more than the 50 s.*at most {int((50 - loads) / 0.4)} turns together")
         with pytest.raises(NotConverged, match=would):
             _ = model.states[0].impact
     else:
