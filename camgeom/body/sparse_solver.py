@@ -193,12 +193,12 @@ def _factorised(stiffness: sp.csr_array, kind: type[np.floating[Any]]) -> Way:
     """Displacements (n, k) under forces (n, k), by factors of this precision."""
     from scipy.sparse.linalg import splu
 
-    stiff, options = float(np.abs(stiffness.data).max()), {"SymmetricMode": True}
+    stiff, options = float(np.abs(stiffness.data).max(initial=0.0)) or 1.0, {"SymmetricMode": True}
     matrix = (stiffness / stiff).tocsc().astype(kind)
     factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
 
     def solve(forces: Floats) -> Floats:
-        size = np.abs(forces).max(axis=0)  # a force of 1e-40 N has no digits of single precision
+        size = np.abs(forces).max(axis=0, initial=0.0)  # a force of 1e-40 N has no digits of single precision
         size[size == 0.0] = 1.0
         return np.asarray(factors.solve((forces / size).astype(kind)) * (size / stiff))
 

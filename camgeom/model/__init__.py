@@ -23,7 +23,6 @@ from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import fact, fact_of
 from camgeom.model.body import MassProperties
-from camgeom.model.price import a_drawing
 from camgeom.model.seen import Seen
 from camgeom.profile import Readable, given
 from camgeom.solid.mechanism import Drive
@@ -606,6 +605,7 @@ class Model(Seen):
     @fact
     def tolerances(self) -> ToleranceStudy:
         """What errors of assembly and manufacture do: each alone, and, where [tolerance] gives them, all together."""
+        from camgeom.model.price import a_drawing
         from camgeom.tolerance.causes import default_pivots
         from camgeom.tolerance.sensitivity import Loaded
         from camgeom.tolerance.study import ToleranceStudy

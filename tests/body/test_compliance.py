@@ -221,7 +221,10 @@ def test_the_disc_is_deep_enough_to_be_asked_and_a_feather_edge_is_not() -> None
     assert np.isinf(sunk(ring, "hexahedron20", still, out, Own(STEEL, 16.0, False))).all()
 
 
-@pytest.mark.parametrize(("states", "said"), [(5, "about 30 s of one core for 5 followers"), (4, "")])
+@pytest.mark.parametrize(
+    ("states", "said"),
+    [(8, "of 8 followers .* 48 s of one core beside 0.4 s of loads, 3.6 s of .*: at most 7 of"), (7, "")],
+)
 def test_the_body_is_not_solved_for_any_number_of_states(states: int, said: str, monkeypatch: Any) -> None:
     """64 of them took 148 s of a processor and 2.5 GB: the price is told before the first one."""
     data = read_data(PROFILES / "disc_offset_roller.toml")
