@@ -1,0 +1,107 @@
+"""One purse for a design: the same answers whichever fact is asked first, and what is left is shared."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable
+from itertools import permutations
+from typing import Any
+
+import pytest
+
+from camgeom.errors import NotConverged
+from camgeom.model import Model
+from camgeom.model.price import LIMITS, SPENT, impact_steps, limit
+from camgeom.profile import from_data, read_data
+from tests.places import PROFILES
+
+IMPACT = {"clearance": 0.1, "turns": 5, "settle": 4, "study": (0.05, 0.1)}
+DYNAMICS = {"kind": "follower", "linkage_stiffness": 30000, "linkage_damping": 200, "body_compliance": True}
+
+
+def drum(states: int, **tables: Any) -> Model:
+    """The pin cam with round roots in some operating states."""
+    data = read_data(PROFILES / "pin_insertion.toml") | tables
+    data["material"]["cam"]["bending_limit"] = 300.0
+    data["cam"] = {**data["cam"], "root_radius": 0.5}
+    data["duty"] = tuple({"share": 1.0 / states, "speed": 600.0 - number} for number in range(states))
+    return Model(from_data(data))
+
+
+ASKED: dict[str, Callable[[Model], object]] = {
+    "impacts": lambda model: model.states[1].impact,
+    "below": lambda model: model.states[2].below,
+    "wall": lambda model: model.root_stress and model.root_stress.nominal,
+    "root": lambda model: model.root_stress and model.root_stress.peaks,
+    "studies": lambda model: model.impact_clearances,
+}
+
+
+@pytest.fixture
+def unsolved(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing dear is solved."""
+    monkeypatch.setattr("camgeom.body.compliance.below_rollers", lambda *_: None)
+    monkeypatch.setattr("camgeom.body.stress.nominals", lambda rings: [0.0 for _ in rings])
+    monkeypatch.setattr("camgeom.body.bending.GrooveBending.peaks", lambda *_: ())
+    monkeypatch.setattr("camgeom.dynamics.impact.run.solve", lambda *_, **__: None)
+
+
+def answered(model: Model, name: str) -> str:
+    """Why something is not solved; "" where it is."""
+    try:
+        ASKED[name](model)
+    except NotConverged as refusal:
+        return str(refusal)
+    return ""
+
+
+@pytest.mark.usefixtures("unsolved")
+@pytest.mark.parametrize(
+    ("states", "refused"),
+    [
+        (4, {"root": "14 s of one core beside 0.2 s of loads, 8 s of impacts, 1.8 s of [dynamics], 24 s of "
+                     "body_compliance, 10 s of walls, more than the 50 s"}),
+        (7, {"below": "42 s of one core beside 0.35 s of loads, 14 s of impacts, 3.15 s of [dynamics], more than the "
+                      "50 s that are spent on a design: at most 5 of them, or leave dynamics.body_compliance out"}),
+        (26, {"impacts": "52 s of one core beside 1.3 s of loads, more than the 50 s that are spent on a design: at "
+                         "most 121 turns together, or fewer of impact.turns",
+              "below": "156 s of one core beside 1.3 s of loads, 11.7 s of [dynamics], more",
+              "studies": "52 s of one core beside 1.3 s of loads, more"}),
+    ],
+)  # fmt: skip
+def test_what_is_paid_hangs_on_the_profile_and_not_on_what_is_asked_first(states: int, refused: dict[str, str]) -> None:
+    for order in list(permutations(ASKED))[::50]:
+        model = drum(states, impact=IMPACT, dynamics=DYNAMICS)
+        said = {name: answered(model, name) for name in order}
+        assert {name for name, why in said.items() if why} == set(refused), order
+        for name, why in refused.items():
+            assert why in said[name]
+    again = pickle.loads(pickle.dumps(drum(states, impact=IMPACT, dynamics=DYNAMICS)))
+    assert answered(again, "root") == said["root"]
+
+
+@pytest.mark.usefixtures("unsolved")
+def test_what_advice_leaves_is_paid() -> None:
+    for states, refused in ((5, ""), (6, "at most 5 of them")):
+        model = drum(states, impact=IMPACT | {"turns": 7}, dynamics=DYNAMICS)
+        assert refused in answered(model, "below")
+        assert bool(answered(model, "below")) is bool(refused)
+
+
+@pytest.mark.usefixtures("unsolved")
+@pytest.mark.parametrize("states", [1, 4, 7])
+def test_solvers_of_unknown_steps_share_what_is_left(states: int) -> None:
+    alone = drum(states, impact={key: value for key, value in IMPACT.items() if key != "study"})
+    left = SPENT - states * (0.05 + 0.4 * 5) - 10.0 - 14.0
+    assert limit(alone, "impacts") == pytest.approx(max(4.0, min(left, 24.0)))
+    assert impact_steps(alone) == int(1000 * (2.0 * states + limit(alone, "impacts")) / 0.4)
+    both = drum(states, impact=IMPACT, dynamics=DYNAMICS | {"body_compliance": False, "sweep": (100.0, 900.0)})
+    assert all(LIMITS[name][1] <= limit(both, name) <= LIMITS[name][2] for name in LIMITS)
+    paid = states * (0.05 + 2.0 + 0.45) + 10.0 + 14.0 + 1.2
+    shared = sum(limit(both, name) for name in LIMITS if name != "machines")
+    assert shared == pytest.approx(max(SPENT - paid, 12.0), rel=0.1)
+    study = both.states[0].elastic_follower
+    assert study is not None
+    assert study.accuracy.together == limit(both, "vibration")
+    assert study.accuracy.sweep == limit(both, "sweep")
+    assert study.accuracy.runs == states
