@@ -7,6 +7,7 @@ corner really passes on, which the mesh's forces there tell; so it exists for sh
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import degrees
 from typing import final
 
@@ -23,6 +24,7 @@ from camgeom.errors import DesignError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
+from camgeom.mechanics.duty import free
 from camgeom.mechanics.face_duty import FaceDuty
 from camgeom.mechanics.material import Material
 from camgeom.solid.frame import FramePlate
@@ -148,12 +150,14 @@ class FrameBending:
     """The ends of a frame's plate under its cam; see `camgeom.body.stress.Stressed`.
 
     angle  rad, asked of the peak; None: where a corner is bent most
+    paid   raises NotConverged where it would take too long
     """
 
     plate: FramePlate
     drive: FaceDuty
     material: Material
     angle: float | None = None
+    paid: Callable[[], None] = free
 
     @cached_property
     def frame(self) -> FrameMesh:
@@ -188,6 +192,7 @@ class FrameBending:
 
         Three solutions of the adjoint problem: a load's effect is its work on them.
         """
+        self.paid()
         frame, mesh, root = self.frame, self.frame.mesh, self.frame.root
         x, tiny = mesh.nodes, 1e-6
         beyond = (x[:, 0] > frame.plate.middle) & (x[:, 1] > root - tiny)
@@ -274,6 +279,7 @@ class FrameBending:
     @cached_property
     def peaks(self) -> tuple[StressPeak, ...]:
         """On the coarser and the finer mesh; none of a sharp corner."""
+        self.paid()
         return tuple(self.peak(FrameCells.fine(times)) for times in TIMES) if self.plate.corner else ()
 
     def peak(self, cells: FrameCells) -> StressPeak:

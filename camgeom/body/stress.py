@@ -25,6 +25,7 @@ from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
+from camgeom.mechanics.duty import free
 from camgeom.mechanics.material import Material
 from camgeom.mechanics.roller_duty import RollerDuty
 from camgeom.track import TURN
@@ -221,10 +222,6 @@ class Bending(Protocol):
         """The peak on the coarser and the finer mesh; none of a sharp root, whose stress has no end."""
 
 
-def _freely() -> None:
-    """No price."""
-
-
 @final
 @immutable
 class PressedRing:
@@ -240,7 +237,7 @@ class PressedRing:
     material: Material
     angle: float | None = None
     solved: Callable[[], Floats] | None = None
-    afford: tuple[Callable[[], None], Callable[[], None]] = (_freely, _freely)
+    afford: tuple[Callable[[], None], Callable[[], None]] = (free, free)
 
     @property
     def notches(self) -> None:

@@ -43,6 +43,10 @@ MEAN_OF_NOTHING = 1e-12
 """share of the largest torque below which a mean over the turn is the rounding of its sum"""
 
 
+def free() -> None:
+    """No price."""
+
+
 class Duty(ABC):
     """One contact, or several that carry together, under load over one turn; arrays on the panels (p, n) of `force`.
 

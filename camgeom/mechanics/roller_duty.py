@@ -6,6 +6,7 @@ smooth, so peaks, reversals and the hot spot are found to rounding, not to a sam
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from math import degrees, inf, sin, tan
 from typing import TYPE_CHECKING, Any, Literal, final
@@ -24,6 +25,7 @@ from camgeom.mechanics.duty import (
     Duty,
     Meeting,
     finite,
+    free,
     hertz_data,
     inside_data,
     length_data,
@@ -77,6 +79,7 @@ class RollerDuty(Duty):
     table   of the profile that has the roller
     alone   True where this roller alone holds the follower on a cam that pushes one way, and no `Touch` tells of it
     passes  over a place of the cam in one turn of its drive: of several each counts as the hardest of them
+    paid    raises NotConverged where contacts on a half-space would take too long
     lag     cam angle, rad, after which it meets what the first roller on its wall met; None where it is alone there
     """
 
@@ -96,6 +99,7 @@ class RollerDuty(Duty):
     passes: float = 1.0
     lag: float | None = None
     at: float | None = None
+    paid: Callable[[], None] = free
 
     @property
     def speed(self) -> float:
@@ -178,6 +182,7 @@ class RollerDuty(Duty):
         """The contact on a half-space over the turn; None at the other levels, and where a wall is undercut."""
         if self.level != "finite" or not self.pressing.as_line.sound:
             return None
+        self.paid()
         from camgeom.mechanics.crown import NEXT_TO_NONE
         from camgeom.mechanics.finite_contact import AxialProfile, Bodies
         from camgeom.mechanics.finite_turn import FiniteTurn

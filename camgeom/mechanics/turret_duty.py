@@ -7,6 +7,7 @@ rad, s.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from math import degrees, inf, tan
@@ -36,6 +37,7 @@ from camgeom.mechanics.duty import (
     TILT,
     Duty,
     finite,
+    free,
     hertz_data,
     inside_data,
     length_data,
@@ -90,6 +92,7 @@ class TurretDuty(Duty):
     rating   of a roller's bearing; None where it is not known
     ends     how a roller ends and how it stands against its flank
     crown    radius of its meridian, mm, on a flank that is straight along it; None: the flank is its own envelope
+    paid     raises NotConverged where contacts on a half-space would take too long
     """
 
     beside: Beside
@@ -102,6 +105,7 @@ class TurretDuty(Duty):
     rating: Rating | None = None
     ends: Ends = PLAIN
     crown: float | None = None
+    paid: Callable[[], None] = free
 
     @property
     def tracks(self) -> tuple[Track, ...]:
@@ -317,6 +321,7 @@ class TurretDuty(Duty):
         """The contact on a half-space; None of a plain line, without load, and where a loaded wall is undercut."""
         if self.level == "line" or not self.line_load.any():
             return None
+        self.paid()
         return self._finite(self.engagement, *self._on_walls)
 
     def _finite(self, e: Engagement, load: Floats, approach: Floats) -> FiniteTurret | None:

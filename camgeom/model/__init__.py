@@ -407,7 +407,8 @@ class Model(Seen):
         turret = self.mechanism.turret
         if self.profile.operation is None or turret is None:
             return None
-        return turret_duty(self.profile.material, self.mechanism, turret, self.load, ratings_of(self.profile)[0])
+        made = turret_duty(self.profile.material, self.mechanism, turret, self.load, ratings_of(self.profile)[0])
+        return replace(made, paid=self._half_space) if made.level == "finite" else made
 
     @fact_of("_moving")
     def indexing(self) -> IndexingStudy | None:
@@ -647,7 +648,16 @@ class Model(Seen):
         shared = self.mechanism.drive is Drive.SHARED
         if self.profile.operation is None or shared or self.mechanism.roller is None:
             return ()
-        return roller_duties(self.profile.material, self.mechanism, self.load, ratings_of(self.profile))
+        made = roller_duties(self.profile.material, self.mechanism, self.load, ratings_of(self.profile))
+        if not any(roller.ends.stated or roller.arc is not None for roller in self.mechanism.rollers):
+            return made
+        return tuple(replace(duty, paid=self._half_space) for duty in made)
+
+    def _half_space(self) -> None:
+        """Raise NotConverged where contacts on a half-space would take too long."""
+        from camgeom.model.price import HALF_SPACE, afford
+
+        afford(self, HALF_SPACE)
 
     @fact
     def slide_drive(self) -> SlideDrive | None:

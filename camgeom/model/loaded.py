@@ -34,7 +34,8 @@ def root_stress(model: Model) -> RootStress | None:
         from camgeom.body.frame_stress import FrameBending
         from camgeom.body.stress import RootStress
 
-        return RootStress(FrameBending(model.mechanism.frame, model.drive, model.profile.material.roller, at))
+        paid = partial(afford, model, WALLS)
+        return RootStress(FrameBending(model.mechanism.frame, model.drive, model.profile.material.roller, at, paid))
     if not model.duties or model.mechanism.bore is None:
         return None
     from camgeom.body.bending import bending_of
@@ -49,8 +50,8 @@ def root_stress(model: Model) -> RootStress | None:
     alone = len(model.mates) == 1 or model.state is not None
     solved = None if alone else partial(_of_mates, model)
     wall = model.groove if model.state is None else model.number
-    paid = partial(afford, model, WALLS, wall), partial(afford, model, ROOTS, model.number)
-    return RootStress(PressedRing(body, model.duties, model.profile.material.cam, at, solved, paid))
+    each = partial(afford, model, WALLS, wall), partial(afford, model, ROOTS, model.number)
+    return RootStress(PressedRing(body, model.duties, model.profile.material.cam, at, solved, each))
 
 
 def _of_mates(model: Model) -> Floats:

@@ -363,10 +363,11 @@ class Machines:
     def _refuse_long(self, samples: int, each: float) -> None:
         """Raise NotConverged, with the figures, where so many machines take more than is spent."""
         if samples * each > self.spent:
+            most = int(self.spent / max(each, *self.cost))  # so many may be drawn where they move, too
             waves = "" if self._waves < 4 else ", or fewer tolerance.flank_waves"
             raise NotConverged(
                 f"{samples} machines would take about {samples * each:.3g} s of one core, more than the "
-                f"{self.spent:.3g} s that are left for one drawing of them: at most {int(self.spent / each)} of "
+                f"{self.spent:.3g} s that are left for one drawing of them: at most {most} of "
                 f"tolerance.samples{waves}"
             )
 

@@ -475,7 +475,7 @@ def test_roots_are_solved_as_far_as_the_purse_of_the_design_goes(
             if number < paid:
                 afford()
                 continue
-            with pytest.raises(NotConverged, match=f"{told}.* more than the 50 s .*: leave material.cam.bending_limit"):
+            with pytest.raises(NotConverged, match=f"{told}.* more than the 50 s .*: leave the bending_limit out"):
                 afford()
     if walls < followers:
         with pytest.raises(NotConverged, match=r"over the turn \(5 of"):

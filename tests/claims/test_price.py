@@ -9,9 +9,10 @@ from typing import Any
 
 import pytest
 
+from camgeom.body.frame_stress import FrameBending
 from camgeom.errors import NotConverged
 from camgeom.model import Model
-from camgeom.model.price import LIMITS, SPENT, impact_steps, limit
+from camgeom.model.price import HALF_SPACE, LIMITS, ROOTS, SPENT, VIBRATION, afford, impact_steps, limit
 from camgeom.profile import from_data, read_data
 from tests.places import PROFILES
 
@@ -105,3 +106,94 @@ def test_solvers_of_unknown_steps_share_what_is_left(states: int) -> None:
     assert study.accuracy.together == limit(both, "vibration")
     assert study.accuracy.sweep == limit(both, "sweep")
     assert study.accuracy.runs == states
+
+
+def many(name: str, states: int, change: Callable[[dict[str, Any]], None]) -> Model:
+    """A shipped profile in some operating states, changed."""
+    data = read_data(PROFILES / f"{name}.toml")
+    change(data)
+    speed = data["operation"]["speed"]
+    data["duty"] = tuple({"share": 1.0 / states, "speed": speed - 0.01 * number} for number in range(states))
+    return Model(from_data(data))
+
+
+def leaning(**keys: Any) -> Callable[[dict[str, Any]], None]:
+    """Rollers with stated ends and a tilt."""
+
+    def change(data: dict[str, Any]) -> None:
+        data["cam"].pop("preload", None)
+        data["follower"].pop("preload", None)
+        data["roller"] |= {"misalignment_deg": 0.02, "end_radius": 0.5}
+        data |= keys
+
+    return change
+
+
+DRIVE = {"kind": "indexing", "input_stiffness": 1.9e5, "output_stiffness": 3.5e5, "turret_inertia": 0.8,
+         "load_inertia": 1.0}  # fmt: skip
+
+
+@pytest.mark.parametrize(("states", "told"), [(10, ""), (11, r"\(11\), would take about 49.5 s .* at most 10 of them")])
+def test_contacts_on_a_half_space_are_paid_in_every_state(states: int, told: str) -> None:
+    """64 states of an indexer with leaning rollers took more than 190 s of a processor, priced at 3."""
+    model = many("fine_indexer", states, leaning())
+    duty = model.states[-1].turret_duty
+    assert duty is not None
+    assert duty.level == "finite"
+    assert duty.peak_force.value > 0.0  # forces stand
+    if not told:
+        duty.paid()
+        return
+    with pytest.raises(NotConverged, match=told):
+        _ = duty.least_peak
+
+
+@pytest.mark.parametrize(("states", "told"), [(2, ""), (3, "about 43.3 s of one core beside .* 13.5 s of contacts on")])
+def test_contacts_on_a_half_space_under_vibration_are_paid(states: int, told: str) -> None:
+    """Four states held 3.1 GB, 64 of them 21.8 GB."""
+    model = many("fine_indexer", states, leaning(dynamics=DRIVE))
+    if not told:
+        afford(model, VIBRATION)
+        return
+    with pytest.raises(NotConverged, match=told):
+        afford(model, VIBRATION)
+
+
+@pytest.mark.parametrize(("states", "told"), [(64, ""), (64, r"\(192\), would take about 96 s .* at most 80 of them")])
+def test_leaning_rollers_of_all_followers_are_paid(states: int, told: str) -> None:
+    stations = ({"angle": 100.0}, {"angle": 200.0}) if told else ()
+    model = many("bell_lifter", states, leaning(station=stations))
+    if not told:
+        afford(model, HALF_SPACE)
+        return
+    with pytest.raises(NotConverged, match=told):
+        _ = model.states[0].duty.least_peak
+
+
+@pytest.mark.parametrize(("poisson", "told"), [(0.3, ""), (0.48, ""), (0.499, "round root .* about 124 s")])
+def test_roots_of_what_hardly_gives_way_cost_more(poisson: float, told: str) -> None:
+    """The root of one groove took 106 s at 0.499."""
+    data = read_data(PROFILES / "pin_insertion.toml")
+    data["material"]["cam"] |= {"bending_limit": 300.0, "poisson": poisson}
+    data["cam"]["root_radius"] = 0.5
+    model = Model(from_data(data))
+    if not told:
+        afford(model, ROOTS)
+        return
+    with pytest.raises(NotConverged, match=told):
+        afford(model, ROOTS)
+
+
+@pytest.mark.parametrize(("poisson", "paid"), [(0.3, True), (0.48, True), (0.49, False)])
+def test_a_frame_has_its_price(poisson: float, paid: bool) -> None:
+    data = read_data(PROFILES / "constant_width_press.toml")
+    data["material"] = {**data.get("material", {}), "roller": {"bending_limit": 200.0, "poisson": poisson}}
+    found = Model(from_data(data)).root_stress
+    assert found is not None
+    assert isinstance(found.body, FrameBending)
+    if paid:
+        found.body.paid()
+        return
+    for asked in ("nominal", "peaks"):
+        with pytest.raises(NotConverged, match=r"the frame.s plate would take about 64"):
+            getattr(found.body, asked)

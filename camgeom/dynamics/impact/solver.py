@@ -268,8 +268,8 @@ _MOST_STEPS = 30_000
 """a turn; an ordinary one takes a thousand, so that this is a stiffness no explicit step should follow"""
 MOST_OF_A_RUN = 60_000
 """of a run, or twice an ordinary one's where that has many turns: some ten seconds, 100 MB"""
-ORDINARY = 1000
-"""steps of an ordinary turn"""
+ORDINARY, ORDINARY_TOLERANCE = 1000, 1e-9
+"""steps of an ordinary turn, and the tolerance that they keep"""
 
 
 @final
@@ -369,9 +369,13 @@ class _Walk:
                     f"{len(self.steps)} steps by {record.time:.6g} s: the contact, its damping (tied to the speed of "
                     "the last touch) or the friction is too stiff against the length of a turn; a larger speed_floor, "
                     "a restitution nearer 1, a softer law, less friction or a higher speed would do"
-                    f"{self._friction_advice()}"
+                    f"{self._friction_advice()}{self._fine_advice()}"
                 )
             self.work.append(self.work[-1] + work)
+
+    def _fine_advice(self) -> str:
+        """What eases a tolerance that asks for more than ordinary figures need."""
+        return f"; or a larger impact.tolerance than {self.rtol:g}" if self.rtol < ORDINARY_TOLERANCE else ""
 
     def _friction_advice(self) -> str:
         """What eases a friction that turns a roller: it sticks, and the steps follow the slope through no sliding."""
