@@ -46,10 +46,12 @@ def root_stress(model: Model) -> Iterable[Finding | NotJudged]:
 
 
 def _harder(model: Model) -> tuple[float, str]:
-    """Largest force with vibration or impacts over the largest rigid one, and with which of them; 1 without them."""
-    rigid = model.peak_force
+    """Largest force with vibration or impacts in any state over the largest rigid one of that which the stress is of,
+    and with which of them; 1 without them."""
+    rigid = model.hardest_state.peak_force
     assert rigid is not None, "what is bent is pressed"
-    turns = (("vibration", (model.dynamic_duties if model.profile.dynamics_spec is not None else (),)),
-             ("impacts", model.impact_duties))  # fmt: skip
-    found = [(duty.peak_force.value / rigid.value, name) for name, each in turns for duties in each for duty in duties]
+    turns = [(name, duties) for state in model.states for name, each in (
+        ("vibration", (state.dynamic_duties if state.profile.dynamics_spec is not None else (),)),
+        ("impacts", state.impact_duties)) for duties in each]  # fmt: skip
+    found = [(duty.peak_force.value / rigid.value, name) for name, duties in turns for duty in duties]
     return max(found, default=(1.0, ""))

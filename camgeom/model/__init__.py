@@ -22,7 +22,7 @@ from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import fact, fact_of
-from camgeom.model.body import MassProperties
+from camgeom.model.body import Body, MassProperties
 from camgeom.model.seen import Seen
 from camgeom.profile import Readable, given
 from camgeom.solid.mechanism import Drive
@@ -68,6 +68,13 @@ ALIKE = 1e-6
 """share by which the pressures of two rollers may differ that are pressed alike: what their solution leaves open"""
 MEAN = "hot spots of the counted turns"
 HARDEST = "every turn as the hardest counted one"
+
+
+def _on_half_space(body: Body) -> None:
+    """Raise NotConverged where contacts on a half-space would take too long."""
+    from camgeom.model.price import HALF_SPACE, afford
+
+    afford(body, HALF_SPACE)
 
 
 def _pressed(duty: Duty | None) -> tuple[float, float]:
@@ -408,7 +415,7 @@ class Model(Seen):
         if self.profile.operation is None or turret is None:
             return None
         made = turret_duty(self.profile.material, self.mechanism, turret, self.load, ratings_of(self.profile)[0])
-        return replace(made, paid=self._half_space) if made.level == "finite" else made
+        return replace(made, paid=partial(_on_half_space, self.body)) if made.level == "finite" else made
 
     @fact_of("_moving")
     def indexing(self) -> IndexingStudy | None:
@@ -416,7 +423,7 @@ class Model(Seen):
         from camgeom.model.vibration import indexing_of, one_of
 
         spec = self.profile.dynamics_spec
-        return one_of(self, indexing_of(self)) if spec is not None and spec.kind == "indexing" else None
+        return one_of(self, lambda: indexing_of(self)) if spec is not None and spec.kind == "indexing" else None
 
     @fact_of("_moving")
     def elastic_follower(self) -> FollowerStudy | None:
@@ -426,8 +433,7 @@ class Model(Seen):
         spec = self.profile.dynamics_spec
         if spec is None or spec.kind != "follower":
             return None
-        study = elastic_follower_of(self.profile, self.mechanism, self.load, self.below)
-        return one_of(self, study)
+        return one_of(self, lambda: elastic_follower_of(self.profile, self.mechanism, self.load, self.below))
 
     @fact
     def dynamic_duties(self) -> tuple[Duty, ...]:
@@ -616,7 +622,7 @@ class Model(Seen):
         load = self.hardest_state.load if self.profile.operation is not None else None
         loaded = Loaded(self.mechanism, material.roller, material.cam, load, pivots, self._peak)
         kin: list[tuple[Sharing, ToleranceStudy]] = []
-        if self.number:
+        if self.number and self.bindings[0] is not self:
             kin.append(("body", self.bindings[0].tolerances))
         if self.mates[0].number != self.number:
             kin.append(("track", self.mates[0].tolerances))
@@ -651,13 +657,7 @@ class Model(Seen):
         made = roller_duties(self.profile.material, self.mechanism, self.load, ratings_of(self.profile))
         if not any(roller.ends.stated or roller.arc is not None for roller in self.mechanism.rollers):
             return made
-        return tuple(replace(duty, paid=self._half_space) for duty in made)
-
-    def _half_space(self) -> None:
-        """Raise NotConverged where contacts on a half-space would take too long."""
-        from camgeom.model.price import HALF_SPACE, afford
-
-        afford(self, HALF_SPACE)
+        return tuple(replace(duty, paid=partial(_on_half_space, self.body)) for duty in made)
 
     @fact
     def slide_drive(self) -> SlideDrive | None:

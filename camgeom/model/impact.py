@@ -65,10 +65,13 @@ def most_steps(model: Model) -> int | None:
     spec, runs = model.profile.impact_spec, model.runs
     if spec is None:
         return None
-    afford(model, IMPACTS)
-    every, before = impact_steps(model), runs[: runs.index(model._moving)]
+    afford(model.body, IMPACTS)
+    every, mine = impact_steps(model), model._moving
+    if mine not in runs:  # in no state that runs
+        runs.append(mine)
+    before = runs[: runs.index(mine)]
     after = (len(runs) - len(before) - 1) * spec.turns * ORDINARY
-    return min(2 * every // len(runs), every - sum(map(steps_taken, before)) - after)
+    return max(1, min(2 * every // len(runs), every - sum(map(steps_taken, before)) - after))
 
 
 def steps_taken(model: Model) -> int:
@@ -97,14 +100,15 @@ def impact_duties_of(model: Model, run: ImpactRun) -> tuple[Duties, ...]:
 
     profile, spec, load = model.profile, model.profile.impact_spec, model.load
     assert spec is not None
-    afford(model, ENDS)
     found = []
     for turn in range(spec.settle, len(run.turn_times())):
         where, thrust = run.thrust(turn)
         acting = replace(load, solved=partial(where.at, thrust / MILLI if load.rotating else thrust), solved_on=where)
         found.append(carriers(profile.material, model.mechanism, acting, ratings_of(profile)))
     solved = [duty for duties in found for duty in duties if isinstance(duty, RollerDuty) and duty.level == "finite"]
-    runs, turns = len(model.runs), spec.turns - spec.settle
+    if solved:
+        afford(model.body, ENDS)
+    runs, turns = len(model.alike), spec.turns - spec.settle
     points = runs * sum(duty.force.panels.theta.size for duty in solved)
     if points > MOST_POINTS:
         raise NotConverged(
@@ -207,7 +211,7 @@ def clearance_rows(model: Model, run: ImpactRun) -> tuple[StudyRow | Unsolved, .
 
     spec = model.profile.impact_spec
     assert spec is not None
-    afford(model, STUDIES)
+    afford(model.body, STUDIES)
     return tuple(clearance_study(run.problem, [MILLI * c for c in spec.study], **_counted(spec)))
 
 
@@ -217,7 +221,7 @@ def law_rows(model: Model) -> tuple[StudyRow | Unsolved, ...]:
 
     spec = model.profile.impact_spec
     assert spec is not None
-    afford(model, STUDIES)
+    afford(model.body, STUDIES)
     return tuple(study(impact_laws(model.profile), **_counted(spec)))
 
 
@@ -225,6 +229,8 @@ def law_runs(profile: Profile) -> dict[str, ImpactRun]:
     """A run to the first counted turn with every law that [impact] compares and that converges; raises as `impact_of`.
     """
     from camgeom.dynamics.impact.run import solve
+    from camgeom.dynamics.impact.solver import ORDINARY
+    from camgeom.dynamics.impact.study import HARD
 
     spec = profile.impact_spec
     assert spec is not None
@@ -232,7 +238,8 @@ def law_runs(profile: Profile) -> dict[str, ImpactRun]:
     for law, problem in impact_laws(profile).items():
         # One that does not converge is told by its row.
         with suppress(NotConverged):
-            found[law] = solve(problem, turns=spec.settle + 1, rtol=spec.tolerance)
+            turns = spec.settle + 1
+            found[law] = solve(problem, turns=turns, rtol=spec.tolerance, most=HARD * ORDINARY * turns)
     return found
 
 

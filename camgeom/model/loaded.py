@@ -34,7 +34,7 @@ def root_stress(model: Model) -> RootStress | None:
         from camgeom.body.frame_stress import FrameBending
         from camgeom.body.stress import RootStress
 
-        paid = partial(afford, model, WALLS)
+        paid = partial(afford, model.body, WALLS)
         return RootStress(FrameBending(model.mechanism.frame, model.drive, model.profile.material.roller, at, paid))
     if not model.duties or model.mechanism.bore is None:
         return None
@@ -50,7 +50,7 @@ def root_stress(model: Model) -> RootStress | None:
     alone = len(model.mates) == 1 or model.state is not None
     solved = None if alone else partial(_of_mates, model)
     wall = model.groove if model.state is None else model.number
-    each = partial(afford, model, WALLS, wall), partial(afford, model, ROOTS, model.number)
+    each = partial(afford, model.body, WALLS, wall), partial(afford, model.body, ROOTS, model.number)
     return RootStress(PressedRing(body, model.duties, model.profile.material.cam, at, solved, each))
 
 
@@ -116,7 +116,7 @@ def below(model: Model) -> Below | None:
         return None
     from camgeom.body.compliance import below_rollers, below_turret
 
-    afford(model, BELOW)
+    afford(model.body, BELOW)
     model.refuse_folded()
     if model.turret_duty is not None:
         return below_turret(model.parts, model.turret_duty, lambda: model.solid.mesh)

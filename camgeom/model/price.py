@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING, final
 
 from camgeom.errors import CamgeomError, NotConverged
 from camgeom.immutable import immutable
+from camgeom.maths.frozen import TWIN
 
 if TYPE_CHECKING:
     from camgeom.model import Model
+    from camgeom.model.body import Body
 
 SPENT = 50.0
 """s of one core for all that has a price; surfaces and files come beside"""
@@ -31,8 +33,13 @@ ON_HALF_SPACE, TURRETS = 0.5, 4.5
 3 to 5)"""
 TURRETS_VIBRATE = 14.0
 """of a turret's in its steady state and from rest (measured 9 to 12, and 0.7 GB)"""
-A_RUN = 0.45
-"""of [dynamics] beside the steps of its solver: duties under its forces, and their lives (measured 0.3 to 0.6)"""
+A_CROWN = 0.3
+"""of that of a crown that is beyond its room under some of them"""
+A_RUN, A_DUTY = 0.35, 0.1
+"""of [dynamics] beside the steps of its solver, and of the duties of a follower in a state under its forces, with their
+lives (measured together 0.3 to 0.6)"""
+VIBRATING = {"line": 0.0, "ellipse": 0.3, "finite": 0.5}
+"""more of a roller's, in its steady state and from rest each, by its contact's level"""
 A_BELOW = 6.0
 """of what the body gives way below the contacts of a follower in an operating state (measured 0.5 to 6)"""
 A_WALL, A_ROOT = 10.0, 14.0
@@ -70,19 +77,22 @@ class Price:
         return f"at most {most} {self.of}, or {self.without}" if most else self.without
 
 
-def afford(model: Model, name: str, part: int = 0) -> None:
+def afford(body: Body, name: str, part: int = 0) -> None:
     """Raise NotConverged, with the figures, where the purse of the design does not pay for what is asked for.
 
     part  of walls the number of the track, with [[duty]] of the follower; of roots that of the follower
+    What is left of a model that is gone, a state or a duty, has no design beside it that would pay.
     """
+    if not body.bindings:
+        return
     paid = dict[str, float]()
-    for one, number, price in _prices(model):
+    for one, number, price in _prices(body.bindings[0]):
         left = SPENT - sum(paid.values())
         asked = (one, number) == (name, part)
         if asked and price.seconds > left:
             others = ", ".join(f"{seconds:.3g} s of {what}" for what, seconds in paid.items())
             dearest = max(paid, key=lambda what: paid[what])
-            or_less = f"; or less of {dearest}" if price.seconds <= left + paid[dearest] else ""
+            or_less = f"; or less of {dearest}" if dearest != LOADS and price.seconds <= left + paid[dearest] else ""
             raise NotConverged(
                 f"{price.what} would take about {price.seconds:.3g} s of one core beside {others}, more than the "
                 f"{SPENT:g} s that are spent on a design: {price.less(left)}{or_less}"
@@ -97,15 +107,15 @@ def limit(model: Model, name: str) -> float:
     """s of one core that a solver may take beyond its price, whose steps are not known before: of what is left, in
     common with the others of them that the profile asks for."""
     left = SPENT
-    for _, _, price in _prices(model):
+    for _, _, price in _prices(_first(model)):
         left -= price.seconds if price.seconds <= left else 0.0
     weight, least, most = LIMITS[name]
     return min(max(left * weight / sum(LIMITS[one][0] for one in {name, *_limited(model)}), least), most)
 
 
 def a_drawing(model: Model) -> float:
-    """s of one core for one drawing of machines."""
-    return limit(model, "machines") / DRAWINGS
+    """s of one core for one drawing of machines for one follower."""
+    return limit(model, "machines") / DRAWINGS / max(len(model.bindings), 1)
 
 
 def _limited(model: Model) -> Iterator[str]:
@@ -135,9 +145,14 @@ def _first(model: Model) -> Model:
     return next(iter(model.bindings), model)
 
 
-def _prices(model: Model) -> Iterator[tuple[str, int, Price]]:
+def _each(first: Model) -> list[Model]:
+    """The models of all followers in all states, those that have all in common once."""
+    every = tuple(first._kin) if first.bindings else (first,)
+    return [one for one in every if TWIN not in vars(one)]
+
+
+def _prices(first: Model) -> Iterator[tuple[str, int, Price]]:
     """All that the design asks for, in the order in which it is paid."""
-    first = _first(model)
     for name, priced in PRICES.items():
         price = priced(first)
         if price.count:
@@ -154,21 +169,16 @@ def _loads(first: Model) -> Price:
 
 
 def _half_space(first: Model) -> Price:
-    known, rollers, turrets = set[int](), 0, 0
-    for one in first._kin if first.bindings else (first,):
+    rollers, turrets = 0, 0
+    for one in _each(first):
         with suppress(CamgeomError):  # without a contact there is none on a half-space either
             if (turret := one.turret_duty) is not None:
                 turrets += turret.level == "finite"
-            elif id(one.duties) not in known:
-                known.add(id(one.duties))
-                rollers += _finite(one)
+            else:
+                rollers += sum(duty.level == "finite" for duty in one.duties)
     seconds, count = ON_HALF_SPACE * rollers + TURRETS * turrets, rollers + turrets
     what = f"contacts on a half-space, of rollers in operating states whose ends, tilt or crowns ask for it ({count}),"
     return Price(what, count, seconds / max(count, 1), "of them", "fewer of [[duty]]")
-
-
-def _finite(run: Model) -> int:
-    return sum(duty.level == "finite" for duty in run.duties)
 
 
 def _impacts(first: Model) -> Price:
@@ -178,35 +188,38 @@ def _impacts(first: Model) -> Price:
 
 
 def _ends(first: Model) -> Price:
-    count = 0
-    for run in first.runs:
+    count, seconds = 0, 0.0
+    for run in first.alike:
         if (spec := run.profile.impact_spec) is None:
             continue
         with suppress(CamgeomError):  # without a rigid contact there is none under impacts either
-            count += _finite(run) * (spec.turns - spec.settle)
-    what = f"contacts of rollers with stated ends over a turn of [impact] ({count})"
-    return Price(what, count, AN_END, "of them", "fewer impact.turns, or more that settle")
+            levels = [duty.level for duty in run.duties if duty.level != "line"]
+            turns = spec.turns - spec.settle
+            count += len(levels) * turns
+            seconds += turns * sum(AN_END if level == "finite" else A_CROWN for level in levels)
+    what = f"contacts of crowns or stated ends over a turn of [impact] ({count})"
+    return Price(what, count, seconds / max(count, 1), "of them", "fewer impact.turns, or more that settle")
 
 
 def _vibration(first: Model) -> Price:
-    runs, seconds = 0, 0.0
-    for run in first.runs:
-        if run.profile.dynamics_spec is None:
-            continue
-        runs, seconds = runs + 1, seconds + A_RUN
+    runs = sum(run.profile.dynamics_spec is not None for run in first.runs)
+    seconds = A_RUN * runs
+    for one in _each(first) if runs else ():
         with suppress(CamgeomError):
-            turret = run.turret_duty
-            on_half_space = _finite(run) * 2.0 * ON_HALF_SPACE if turret is None else TURRETS_VIBRATE
-            seconds += on_half_space if turret is None or turret.level == "finite" else 0.0
+            if (turret := one.turret_duty) is not None:
+                seconds += TURRETS_VIBRATE if turret.level == "finite" else A_DUTY
+            else:
+                seconds += A_DUTY + 2.0 * sum(VIBRATING[duty.level] for duty in one.duties)
     return Price(f"[dynamics] of {runs} followers and operating states that differ", runs, seconds / max(runs, 1),
                  "of them", "leave [dynamics] out")  # fmt: skip
 
 
 def _below(first: Model) -> Price:
-    asked = [run.profile.dynamics_spec for run in first.runs]
-    runs = sum(spec is not None and spec.body_compliance for spec in asked)
+    asked = [run.profile for run in first.runs]
+    runs = sum((spec := one.dynamics_spec) is not None and spec.body_compliance for one in asked)
+    soft = _steps(first.profile.material.cam.poisson)
     what = f"what the body gives way below its contacts, of {runs} followers and operating states that differ,"
-    return Price(what, runs, A_BELOW, "of them", "leave dynamics.body_compliance out")
+    return Price(what, runs, A_BELOW * (0.2 + 0.8 * soft), "of them", "leave dynamics.body_compliance out")
 
 
 def _roots(first: Model) -> Iterator[tuple[str, int, Price]]:
@@ -245,12 +258,12 @@ def _studied(first: Model) -> Price:
     return Price("impact.study and impact.laws", count, A_STUDIED, "turns together", "fewer of them")
 
 
-HALF_SPACE, IMPACTS, ENDS = "contacts on a half-space", "impacts", "contacts of stated ends"
+LOADS, HALF_SPACE, IMPACTS, ENDS = "loads", "contacts on a half-space", "impacts", "contacts of stated ends"
 VIBRATION, BELOW = "[dynamics]", "body_compliance"
 WALLS, ROOTS, STUDIES = "walls", "roots", "studies of impacts"
 NO_LIMIT = "leave the bending_limit out"
 PRICES: dict[str, Callable[[Model], Price]] = {
-    "loads": _loads,
+    LOADS: _loads,
     HALF_SPACE: _half_space,
     IMPACTS: _impacts,
     ENDS: _ends,

@@ -179,6 +179,11 @@ class Seen(Sealed):
         return self.profile.cam.mechanism(self.setup)
 
     @property
+    def alike(self) -> list[Model]:
+        """The first of those that move alike in the same oil too."""
+        return list({id(one._alike): one._alike for one in tuple(self._kin) or (self._me,)}.values())
+
+    @property
     def runs(self) -> list[Model]:
         """The first of those that move alike, of all followers in all operating states."""
         return list({id(one._moving): one._moving for one in tuple(self._kin) or (self._me,)}.values())

@@ -139,13 +139,13 @@ class IndexerInputs(Protocol):
 Study = TypeVar("Study", "FollowerStudy", "IndexingStudy")
 
 
-def one_of(model: Model, study: Study) -> Study:
+def one_of(model: Model, made: Callable[[], Study]) -> Study:
     """A study beside those of other followers and operating states that differ, which have time and memory in common.
     Raises NotConverged where they are too many."""
     from camgeom.model.price import VIBRATION, afford, limit
 
-    afford(model, VIBRATION)
-    return _sharing(study, len(model.runs), limit(model, "vibration"), limit(model, "sweep"))
+    afford(model.body, VIBRATION)
+    return _sharing(made(), len(model.runs), limit(model, "vibration"), limit(model, "sweep"))
 
 
 def _sharing(study: Study, runs: int, together: float, sweep: float) -> Study:

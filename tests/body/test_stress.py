@@ -20,6 +20,7 @@ from camgeom.body.section import Fineness, GroovedSection
 from camgeom.body.solver import elastic
 from camgeom.body.stress import PressedRing, RootStress, StressPeak
 from camgeom.checks import judge
+from camgeom.checks.root import _harder as harder
 from camgeom.drawing.content import Map
 from camgeom.errors import NotConverged, ProfileError
 from camgeom.model import Model
@@ -483,3 +484,24 @@ def test_roots_are_solved_as_far_as_the_purse_of_the_design_goes(
     if roots < followers and round_:
         with pytest.raises(NotConverged, match=rf"round root \({followers} of"):
             _ = found.peaks
+
+
+def test_the_forces_of_every_state_are_heard_beside_a_root() -> None:
+    """Vibration of the quick state presses harder than that of the speed of [operation]; impacts of states that all
+    differ from it are asked too."""
+    data = read_data(PROFILES / "pin_insertion.toml")
+    data["dynamics"] = {"kind": "follower", "linkage_stiffness": 3000, "linkage_damping": 20}
+    data["duty"] = ({"share": 0.5}, {"share": 0.5, "speed": 700.0})
+    model = Model(from_data(data))
+    rigid, quick = model.hardest_state.peak_force, model.states[1]
+    assert rigid is not None
+    more, by = harder(model)
+    assert by == "vibration"
+    assert more == max(duty.peak_force.value for duty in quick.dynamic_duties) / rigid.value
+    assert more > 1.2 * max(duty.peak_force.value for duty in model.states[0].dynamic_duties) / rigid.value
+    data["duty"] = ({"share": 0.5, "load_factor": 1.5}, {"share": 0.5, "load_factor": 2.0})
+    data["impact"] = {"clearance": 0.1, "turns": 2, "settle": 1}
+    del data["dynamics"]
+    more, by = harder(Model(from_data(data)))
+    assert by == "impacts"
+    assert more > 1.0
