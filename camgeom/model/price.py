@@ -17,6 +17,7 @@ from camgeom.immutable import immutable
 from camgeom.maths.frozen import TWIN
 
 if TYPE_CHECKING:
+    from camgeom.mechanics.roller_duty import RollerDuty
     from camgeom.model import Model
     from camgeom.model.body import Body
 
@@ -28,9 +29,9 @@ A_TURN = 0.4
 """of an ordinary turn of [impact] with its disturbed one, its pressures and lives (measured 0.35)"""
 AN_END = 1.25
 """of the contact of a roller with stated ends over such a turn"""
-ON_HALF_SPACE, TURRETS = 0.5, 4.5
-"""of a roller's contact on a half-space over the turn, and of a turret's, square and tilted (measured 0.06 to 0.5, and
-3 to 5)"""
+ON_HALF_SPACE, TURRETS = 0.9, 5.5
+"""of a roller's contact on a half-space over the turn, which one that is tilted has square too, and of a turret's, both
+(measured 0.03 to 0.85, and 3 to 5)"""
 TURRETS_VIBRATE = 14.0
 """of a turret's in its steady state and from rest (measured 9 to 12, and 0.7 GB)"""
 A_CROWN = 0.3
@@ -38,8 +39,8 @@ A_CROWN = 0.3
 A_RUN, A_DUTY = 0.35, 0.1
 """of [dynamics] beside the steps of its solver, and of the duties of a follower in a state under its forces, with their
 lives (measured together 0.3 to 0.6)"""
-VIBRATING = {"line": 0.0, "ellipse": 0.3, "finite": 0.5}
-"""more of a roller's, in its steady state and from rest each, by its contact's level"""
+VIBRATING = {"line": 0.0, "ellipse": 0.3, "finite": ON_HALF_SPACE}
+"""more of a roller's, in its steady state and from rest each, by its contact's level, each for a tilt too"""
 A_BELOW = 6.0
 """of what the body gives way below the contacts of a follower in an operating state (measured 0.5 to 6)"""
 A_WALL, A_ROOT = 10.0, 14.0
@@ -175,10 +176,15 @@ def _half_space(first: Model) -> Price:
             if (turret := one.turret_duty) is not None:
                 turrets += turret.level == "finite"
             else:
-                rollers += sum(duty.level == "finite" for duty in one.duties)
+                rollers += sum(_poses(duty) for duty in one.duties if duty.level == "finite")
     seconds, count = ON_HALF_SPACE * rollers + TURRETS * turrets, rollers + turrets
     what = f"contacts on a half-space, of rollers in operating states whose ends, tilt or crowns ask for it ({count}),"
     return Price(what, count, seconds / max(count, 1), "of them", "fewer of [[duty]]")
+
+
+def _poses(duty: RollerDuty) -> int:
+    """How a roller is solved: as it stands, and square where it is tilted."""
+    return 1 if duty.squared is None else 2
 
 
 def _impacts(first: Model) -> Price:
@@ -209,7 +215,7 @@ def _vibration(first: Model) -> Price:
             if (turret := one.turret_duty) is not None:
                 seconds += TURRETS_VIBRATE if turret.level == "finite" else A_DUTY
             else:
-                seconds += A_DUTY + 2.0 * sum(VIBRATING[duty.level] for duty in one.duties)
+                seconds += A_DUTY + 2.0 * sum(VIBRATING[duty.level] * _poses(duty) for duty in one.duties)
     return Price(f"[dynamics] of {runs} followers and operating states that differ", runs, seconds / max(runs, 1),
                  "of them", "leave [dynamics] out")  # fmt: skip
 
