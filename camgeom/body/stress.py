@@ -229,7 +229,7 @@ class PressedRing:
 
     angle   rad, asked of the peak; None: where force over squared thickness of the wall is largest
     solved  gives the nominal stress where it is solved together with that of others, see `nominals`
-    afford  raise NotConverged where this wall over the turn, and where this peak would take too long
+    paid    raise NotConverged where this wall over the turn, and where this peak would take too long
     """
 
     ring: Bending
@@ -237,7 +237,7 @@ class PressedRing:
     material: Material
     angle: float | None = None
     solved: Callable[[], Floats] | None = None
-    afford: tuple[Callable[[], None], Callable[[], None]] = (free, free)
+    paid: tuple[Callable[[], None], Callable[[], None]] = (free, free)
 
     @property
     def notches(self) -> None:
@@ -275,7 +275,7 @@ class PressedRing:
     @cached_property
     def nominal(self) -> Floats:
         """Of the pressed wall."""
-        self.afford[0]()
+        self.paid[0]()
         return nominals((self,))[0] if self.solved is None else self.solved()
 
     def under(self, mesh: RingMesh, solver: Elastic) -> Floats:
@@ -305,7 +305,7 @@ class PressedRing:
     @cached_property
     def peaks(self) -> tuple[StressPeak, ...]:
         """On the coarser and the finer mesh. Raises NotConverged where those of the design would take too long."""
-        self.afford[1]()
+        self.paid[1]()
         return self.ring.peaks(self.patch, self.material)
 
 

@@ -472,12 +472,12 @@ def test_roots_are_solved_as_far_as_the_purse_of_the_design_goes(
         assert found is not None
         assert isinstance(found.body, PressedRing)
         assert bool(found.body.sharp) is not round_
-        for afford, paid, told in zip(found.body.afford, (walls, roots), ("10 s .* s of loads", "14 s .* s of walls")):
+        for pay, paid, told in zip(found.body.paid, (walls, roots), ("10 s .* s of loads", "14 s .* s of walls")):
             if number < paid:
-                afford()
+                pay()
                 continue
             with pytest.raises(NotConverged, match=f"{told}.* more than the 50 s .*: leave the bending_limit out"):
-                afford()
+                pay()
     if walls < followers:
         with pytest.raises(NotConverged, match=r"over the turn \(5 of"):
             _ = found.nominal
