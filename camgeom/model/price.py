@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 SPENT = 50.0
 """s of one core for all that has a price; surfaces and files come beside"""
+A_SEARCH = 25.0
+"""of the search for best laws that has cost all that it may"""
 A_STATE = 0.05
 """of the loads, contacts and lives of a follower in an operating state; they are always begun (measured 0.04 to 0.1)"""
 A_TURN = 0.4
@@ -164,6 +166,18 @@ def _prices(first: Model) -> Iterator[tuple[str, int, Price]]:
         yield STUDIES, 0, studied
 
 
+def _laws(first: Model) -> Price:
+    """Those that were sought when the profile was read, where they were dear."""
+    programs = [one.setup.program for one in first.bindings or (first,)]
+    spent = {best.wish: best.spent for program in programs for _, best in program.best_laws}
+    if not spent:
+        return Price("best laws", 0, 0.0, "", "")
+    from camgeom.motion.optimal.programme import WHOLE
+
+    seconds = A_SEARCH * sum(spent.values()) / WHOLE
+    return Price("best laws", int(seconds >= A_STATE), seconds, "", "")
+
+
 def _loads(first: Model) -> Price:
     count = max(len(first.bindings), 1) * len(first.states)
     return Price("the loads", count, A_STATE, "followers and states", "fewer of [[duty]]")
@@ -264,11 +278,13 @@ def _studied(first: Model) -> Price:
     return Price("impact.study and impact.laws", count, A_STUDIED, "turns together", "fewer of them")
 
 
+LAWS = "best laws"
 LOADS, HALF_SPACE, IMPACTS, ENDS = "loads", "contacts on a half-space", "impacts", "contacts of stated ends"
 VIBRATION, BELOW = "[dynamics]", "body_compliance"
 WALLS, ROOTS, STUDIES = "walls", "roots", "studies of impacts"
 NO_LIMIT = "leave the bending_limit out"
 PRICES: dict[str, Callable[[Model], Price]] = {
+    LAWS: _laws,
     LOADS: _loads,
     HALF_SPACE: _half_space,
     IMPACTS: _impacts,

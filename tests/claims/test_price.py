@@ -18,6 +18,7 @@ from camgeom.model.price import (
     ENDS,
     HALF_SPACE,
     IMPACTS,
+    LAWS,
     LIMITS,
     ROOTS,
     SPENT,
@@ -28,6 +29,7 @@ from camgeom.model.price import (
     impact_steps,
     limit,
 )
+from camgeom.motion.optimal.programme import WHOLE
 from camgeom.profile import from_data, read_data
 from tests.places import PROFILES
 
@@ -183,6 +185,23 @@ def test_leaning_rollers_of_all_followers_are_paid(states: int, told: str) -> No
         return
     with pytest.raises(NotConverged, match=told):
         _ = model.states[0].duty.least_peak
+
+
+@pytest.mark.parametrize(("searched", "told"), [(44.4, ""), (44.5, "about 5.5 s .* beside 44.5 s of best laws")])
+def test_best_laws_are_paid_by_what_their_search_has_cost(
+    searched: float, told: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The search for one may take 25 s of a processor, which came beside the 50 s."""
+    model = many("optimal_indexer", 1, leaning())
+    ((_, best),) = model.setup.program.best_laws
+    assert 0 < best.spent < WHOLE
+    monkeypatch.setattr("camgeom.model.price.A_SEARCH", searched * WHOLE / best.spent)
+    assert {name: price.seconds for name, _, price in _prices(model)}[LAWS] == pytest.approx(searched)
+    if not told:
+        afford(model.body, HALF_SPACE)
+        return
+    with pytest.raises(NotConverged, match=told):
+        afford(model.body, HALF_SPACE)
 
 
 @pytest.mark.parametrize(("poisson", "told"), [(0.3, ""), (0.48, ""), (0.499, "round root .* about 124 s")])

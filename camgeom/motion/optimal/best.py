@@ -43,12 +43,14 @@ class Best:
     """The best law found for a wish; dimensionless, for unit lift over unit travel.
 
     value   what is least, measured on the law; `bound` is what no law that keeps the limits can go below
+    spent   what the search for it has cost, of `WHOLE` that it may
     """
 
     wish: Wish
     shape: Shape
     value: float
     bound: float
+    spent: int = 0
 
     @property
     def gap(self) -> float:
@@ -195,7 +197,7 @@ def sought(wish: Wish) -> Best | Impossible:
         raise NotConverged("no law was found for these limits and none was proven impossible; loosen one a little")
     shape = _exact(wish, found.shape)
     name = "acceleration" if wish.aim == "peak-acceleration" else wish.aim
-    return Best(wish, shape, _measured(wish, shape)[name], max(found.bound, 0.0))
+    return Best(wish, shape, _measured(wish, shape)[name], max(found.bound, 0.0), purse.spent)
 
 
 def _however_steep(wish: Wish, purse: SearchPurse) -> Impossible | None:
