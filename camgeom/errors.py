@@ -8,9 +8,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
-UNSEEN = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069\ufeff]")
+UNSEEN = re.compile(
+    r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200b\u200e\u200f\u2028\u2029\u202a-\u202e\u2060\u2066-\u2069\ufeff\ud800-\udfff]"
+)
 """characters that change what a reader sees without being seen: control characters, escapes of a terminal, marks that
-turn the direction of writing"""
+turn the direction of writing, blanks of no width; and bytes of a file's name that are no text"""
 
 
 def visible(text: str) -> str:
@@ -127,9 +129,10 @@ class Unmade:
 
 
 def starved(error: BaseException) -> bool:
-    """Whether memory ran out: a thread that has no room for its stack says so in its own way."""
+    """Whether memory ran out: threads and libraries that have no room for it say so in their own ways."""
     thread = isinstance(error, RuntimeError) and "start new thread" in str(error)
-    return thread or isinstance(error, MemoryError) or isinstance(error.__cause__, MemoryError)
+    library = isinstance(error, ImportError) and "failed to map segment" in str(error)
+    return thread or library or isinstance(error, MemoryError) or isinstance(error.__cause__, MemoryError)
 
 
 def unmade(error: Exception) -> Unmade:
@@ -152,7 +155,7 @@ def unmade(error: Exception) -> Unmade:
     if isinstance(cause, CamgeomError):
         return Unmade("failed", text, 1 if isinstance(cause, ExportError) else cause.exit_status)
     if starved(error):
-        return Unmade("failed", "out of memory; a larger output.tolerance needs less", 3)
+        return Unmade("failed", "out of memory; a larger output.tolerance, fewer states or rows of tables need less", 3)
     if isinstance(error, ImportError):
         return Unmade("failed", f"a library that it needs cannot be loaded: {text}", 1)
     if isinstance(error, OSError):

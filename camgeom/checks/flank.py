@@ -219,4 +219,5 @@ def run_out(model: Model) -> Iterable[Finding]:
 @solved("dynamic-run-out", "dynamics")
 def dynamic_run_out(model: Model) -> Iterable[Finding]:
     """Force of the elastic follower that presses where its groove has run out: it is solved as if held there."""
-    yield from unheld("dynamic-run-out", model, model.dynamic_duties)
+    if model.mechanism.runs_out:
+        yield from unheld("dynamic-run-out", model, model.dynamic_duties)

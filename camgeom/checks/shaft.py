@@ -72,16 +72,18 @@ def drive_force(model: Model) -> Iterable[Finding | NotJudged]:
 @solved("dynamic-drive-force", "dynamics")
 def dynamic_drive_force(model: Model) -> Iterable[Finding | NotJudged]:
     """The same with the follower's vibration; plate and drive are rigid."""
+    if model.mechanism.carriage is None:
+        return
     if model.dynamic_slide_drive is not None:
         yield _slid("dynamic-drive-force", model, model.dynamic_slide_drive)
-    elif model.mechanism.carriage is not None:
+    else:
         yield NotJudged("dynamic-drive-force", LIFTED)
 
 
 @solved("start-drive-force", "dynamics", turn="start")
 def start_drive_force(model: Model) -> Iterable[Finding | NotJudged]:
     """The same in the first turn from rest."""
-    if model.start_slide_drive is not None:
+    if model.mechanism.carriage is not None and model.start_slide_drive is not None:
         yield _slid("start-drive-force", model, model.start_slide_drive)
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from camgeom.checks import check
 from camgeom.checks.verdict import Finding, NotJudged, judged
 from camgeom.tolerance.study import NO_ROOM
@@ -65,7 +67,15 @@ def yield_tolerance(model: Model) -> Iterable[Finding]:
     several, limits = len(study.followers) > 1, sum(len(one.limits) for one in study.followers)
     if spec is None or (spec.preload_limit is None and spec.pressure_limit is None and limits < 2):
         return
-    advice = "tighten the tolerances, or take what `camgeom tolerance` gives as the widest"
+    # The limit that the fewest machines keep.
+    each = [(float(np.mean(over <= 1.0)), key, one) for one in study.followers
+            for key, over in one.each_ratio(one.drawn).items()]  # fmt: skip
+    least, key, follower = min(each, key=lambda row: row[0])
+    nominal = follower.nominal_over(key)
+    advice = f"{key} alone is kept by {100.0 * least:.6g} %: " + (
+        f"the design has {nominal} without any error: another design, or another limit" if nominal
+        else "tighten the tolerances, or take what `camgeom tolerance` gives as the widest"
+    )
     where = f"all limits{' of all followers' if several else ''} together"
     yield judged("yield-tolerance", study.share, ">=", spec.wanted_yield, "1", advice, where=where)
 

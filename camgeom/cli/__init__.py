@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import io
 import os
+import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
@@ -22,6 +23,10 @@ from camgeom.immutable import immutable
 from camgeom.version import __version__
 
 EPILOG = "exit status: 0 good; 1 the design fails a check; 2 bad input or usage; 3 a numerical method or a file failed"
+
+
+LEAST_ROOM = 500_000_000
+"""bytes of address space, where it is limited, that Python and the libraries of the geometry need to work at all"""
 
 
 class UsageError(CamgeomError):
@@ -87,8 +92,16 @@ class Console:
         return sys.stderr is not None and not sys.stderr.closed and sys.stderr.isatty()
 
     def out(self, text: str) -> None:
-        """A line of the result, nothing unseen in it."""
-        print(visible(text))
+        """A line of the result, nothing unseen in it; lost where the reader has gone: that changes no exit status."""
+        try:
+            print(visible(text))
+        except BrokenPipeError:
+            _discard(sys.stdout)
+
+    def toml(self, text: str) -> None:
+        """A profile; where the output has letters of its own, those beyond ASCII as TOML escapes them."""
+        encoding = (getattr(sys.stdout, "encoding", None) or "utf-8").lower().replace("-", "")
+        self.out(text if encoding == "utf8" else re.sub(r"[^\x00-\x7f]", lambda one: f"\\U{ord(one[0]):08x}", text))
 
     def err(self, text: str) -> None:
         """A message for the user, nothing unseen in it; lost where nobody hears: that changes no exit status."""
@@ -190,8 +203,6 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _plainer(message: str) -> str:
-    import re
-
     from camgeom.errors import did_you_mean
 
     unknown = re.match(r"argument COMMAND: invalid choice: '(.*?)' \(choose", message, re.DOTALL)
@@ -424,28 +435,46 @@ def main(argv: Sequence[str] | None = None) -> int:
                 stream.reconfigure(errors="backslashreplace")
         status = _run(list(sys.argv[1:] if argv is None else argv), console)
         if sys.stdout is not None:
-            sys.stdout.flush()
+            with suppress(BrokenPipeError):
+                sys.stdout.flush()
+                return status
+            _discard(sys.stdout)
         return status
     except CamgeomError as error:
         return _failed(console, f"camgeom: {error}", error.exit_status)
     except KeyboardInterrupt as stop:
         # With its name by SIGTERM, see camgeom.__main__.
         return _failed(console, *(("camgeom: terminated", 143) if stop.args else ("camgeom: interrupted", 130)))
-    except BrokenPipeError:
-        _discard(sys.stdout)
-        return 0
     except OSError as error:
         _discard(sys.stdout)
         where = f"{error.filename}: " if error.filename else ""
         return _failed(console, f"camgeom: {where}{error.strerror or error}", 3)
     except Exception as error:
         if starved(error):
-            return _failed(console, "camgeom: out of memory; a larger --tolerance needs less", 3)
+            needs = "a larger --tolerance, fewer states or rows of tables need less"
+            return _failed(console, f"camgeom: out of memory; {needs}", 3)
         if os.environ.get("CAMGEOM_DEBUG") == "1":
             raise
         reason = " ".join(str(error).split())[:200]
         hint = "set CAMGEOM_DEBUG=1 to see where"
         return _failed(console, f"camgeom: {type(error).__name__}: {reason}; this is a bug ({hint})", 3)
+
+
+def _room() -> None:
+    """Load the linear algebra before anything else where the address space is limited: where none is left for it, its
+    library tries for ever, or ends the process. Raises CamgeomError where the limit is too low."""
+    try:
+        from resource import RLIM_INFINITY, RLIMIT_AS, getrlimit
+    except ImportError:
+        return
+    limit = getrlimit(RLIMIT_AS)[0]
+    if limit == RLIM_INFINITY:
+        return
+    if limit < LEAST_ROOM:
+        raise CamgeomError(f"an address space of {limit // 10**6} MB is too small; at least {LEAST_ROOM // 10**6} MB "
+                           "(ulimit -v)")  # fmt: skip
+    with suppress(ImportError):
+        import scipy.linalg  # noqa: F401
 
 
 def _discard(stream: TextIO | None) -> None:
@@ -468,6 +497,7 @@ def _run(words: list[str], console: Console) -> int:
     except SystemExit as leaving:  # --help and --version
         return int(leaving.code or 0)
     command = next(command for command in COMMANDS if command.name == arguments.command)
+    _room()
     if files := getattr(arguments, "laws", None):
         from camgeom.motion.own import load_all
 

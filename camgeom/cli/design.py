@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
             "checks": [finding.as_dict() for finding in made.findings],
             "profile": made.text,
         }
-        console.out(json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False))
+        console.out(json.dumps(data, indent=2, allow_nan=False))
         return status
     shown = [(c.what, c.value if isinstance(c.value, str) else f"{c.value:g} mm", c.why) for c in made.choices]
     # Without a file the profile alone stands on stdout, so that `> file` makes one.
@@ -56,7 +56,10 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     for level, word in (("warn", "warned of"), ("fail", "FAILS")):
         if found := dict.fromkeys(finding.check for finding in made.findings if finding.level == level):
             tell(f"{word}: {', '.join(found)}; `camgeom check` tells what and where")
-    console.out(f"wrote {arguments.file}" if arguments.file else made.text.rstrip("\n"))
+    if arguments.file:
+        console.out(f"wrote {arguments.file}")
+    else:
+        console.toml(made.text.rstrip("\n"))
     return status
 
 

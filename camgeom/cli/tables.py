@@ -80,7 +80,7 @@ def new(arguments: argparse.Namespace, console: Console) -> int:
     path = None if arguments.file is None else _free(arguments.file)
     text = starter(kind)
     if path is None:
-        console.out(text.rstrip("\n"))
+        console.toml(text.rstrip("\n"))
         return 0
     from camgeom.export.files import write_whole
 

@@ -88,9 +88,10 @@ def atomic_write(path: Path | str) -> Iterator[BinaryIO]:
 
 
 def write_whole(path: Path | str, content: bytes | str) -> int:
-    """Write a file that appears whole or not at all, text as UTF-8; returns its bytes. Errors as of `atomic_write`."""
+    """Write a file that appears whole or not at all, text as UTF-8, bytes of file names that are none as \\udc80 to
+    \\udcff; returns its bytes. Errors as of `atomic_write`."""
     with atomic_write(path) as stream:
-        return stream.write(content.encode() if isinstance(content, str) else content)
+        return stream.write(content.encode(errors="backslashreplace") if isinstance(content, str) else content)
 
 
 def mode_of(final: Path) -> int | None:

@@ -22,6 +22,7 @@ import os
 import re
 import secrets
 import shutil
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -39,6 +40,8 @@ _STAGED = re.compile(r"\.camgeom-[0-9a-f]{16}\.part")
 _MOST = 10_000_000
 """bytes of a manifest that is read"""
 _BLOCK = 1 << 20
+_PATIENCE, _PAUSE = 60.0, 0.02
+"""s that a folder is waited for which another process holds, and between two tries"""
 
 
 class RunFolder:
@@ -62,8 +65,6 @@ class RunFolder:
                     break
                 self._made.append(place)
             self.folder.mkdir(parents=True, exist_ok=True)
-            if os.path.lexists(self.folder / PREVIOUS) and not (self.folder / PREVIOUS).is_dir():
-                raise ExportError(f"{self.folder / PREVIOUS}: is in the way of the folder of earlier files")
             with _alone(self.folder):
                 self._clear()
                 self.staged.mkdir()
@@ -123,13 +124,16 @@ class RunFolder:
                 old = ours if earlier.get("design") == design else []
                 kept = [entry for entry in old if entry["file"] not in made and entry.get("product") not in asked]
                 files = [*kept, *(self._entry(name, product, about["command"]) for name, product in made.items())]
-                place = PREVIOUS if earlier.get("name") == about["name"] else f"{PREVIOUS}/{earlier.get('stem', 'cam')}"
-                stays = {entry["file"] for entry in kept} | (set(made) if place == PREVIOUS else set())
+                place = previous = _taking(self.folder, PREVIOUS)
+                if other := earlier.get("name") != about["name"]:
+                    place = _taking(self.folder, f"{previous}/{earlier.get('stem', 'cam')}")
+                stays = {entry["file"] for entry in kept} | (set() if other else set(made))
                 aside = [(entry["file"], place) for entry in ours if entry["file"] not in stays]
                 own = self.manifest
-                aside += self._foreign({*made, *(() if earlier else (own,))} - {entry["file"] for entry in ours})
-                if (own, PREVIOUS) in aside:
-                    _move(self.folder / own, self.folder / PREVIOUS, None)
+                theirs = {*made, *(() if earlier else (own,))} - {entry["file"] for entry in ours}
+                aside += self._foreign(theirs, previous)
+                if (own, previous) in aside:
+                    _move(self.folder / own, self.folder / previous, None)
                 journal = {"staged": self.staged.name, "aside": aside, "earlier": earlier}
                 manifest = {"state": REPLACING, **about, "design": design, "files": files, **journal}
                 _replace_json(self.folder, manifest, own)
@@ -143,10 +147,10 @@ class RunFolder:
         size, digest = _digest(self.staged / name)
         return {"file": name, "product": product, "command": command, "bytes": size, "sha256": digest}
 
-    def _foreign(self, names: set[str]) -> list[tuple[str, str]]:
+    def _foreign(self, names: set[str], place: str) -> list[tuple[str, str]]:
         """The user's files in the places of new ones, and where they move. So do links: what they lead to is somebody's
         file elsewhere, perhaps of another run."""
-        return [(name, PREVIOUS) for name in sorted(names) if os.path.lexists(self.folder / name)]
+        return [(name, place) for name in sorted(names) if os.path.lexists(self.folder / name)]
 
     def _carry_through(self, manifest: dict[str, Any], own: str) -> None:
         """Move and rename what a manifest, by its name, in the state "being replaced" still has to; else nothing."""
@@ -195,6 +199,7 @@ def read_manifest(folder: Path, manifest: str = MANIFEST) -> dict[str, Any]:
         if path.is_symlink() or not path.is_file() or path.stat().st_size > _MOST:
             return {}
         data = json.loads(path.read_bytes())
+        json.dumps(data, allow_nan=False, ensure_ascii=False).encode()  # what cannot be written again is none
         names = [entry["file"] for entry in (*data["files"], *data.get("earlier", {}).get("files", ()))]
         names += [name for word, place in data.get("aside", ()) for name in (word, *place.split("/"))]
         names += [data.get("stem", "cam"), data.get("staged", "cam")]
@@ -231,6 +236,18 @@ def _same(path: Path, entry: dict[str, Any]) -> bool:
         return False
 
 
+def _taking(folder: Path, name: str) -> str:
+    """The first of name, name.1, ... that is not there yet, or a folder that files can be moved into."""
+    number, found = 0, name
+    while os.path.lexists(place := folder / found):
+        real = place.is_dir() and os.access(place, os.W_OK | os.X_OK)
+        if real and place.stat().st_dev == folder.stat().st_dev:
+            break
+        number += 1
+        found = f"{name}.{number}"
+    return found
+
+
 def _place(made: Path, final: Path) -> None:
     """Rename a finished file into its place, with the permissions of the one it replaces."""
     if (mode := mode_of(final)) is not None:
@@ -241,27 +258,44 @@ def _place(made: Path, final: Path) -> None:
 def _move(path: Path, folder: Path, entry: dict[str, Any] | None) -> None:
     """Move a file into a folder of earlier ones, whose manifest gets its entry; nothing where there is no such file.
 
-    What the manifest there knows of that name and that cam is replaced; beside another file the new one is numbered.
+    What the manifest there knows of that name and that cam, and is still the same, is replaced; beside another file the
+    new one is numbered. The manifest is told before the file moves: whenever this ends, no file of ours is without one.
     """
     if not os.path.lexists(path):
         return
     folder.mkdir(parents=True, exist_ok=True)
     listed = read_manifest(folder).get("files", [])
-    name, number = path.name, 0
-    ours = [one["file"] for one in listed if entry is not None and one.get("name") == entry.get("name")]
-    while os.path.lexists(folder / name) and name not in ours:
-        number += 1
-        name = f"{path.name}.{number}"
+    if entry is None:
+        path.replace(folder / _numbered(folder, path.name, []))
+        return
+    if not listed and os.path.lexists(folder / MANIFEST) and not read_manifest(folder):
+        (folder / MANIFEST).replace(folder / _numbered(folder, MANIFEST, []))  # somebody's, not ours
+    name = _numbered(folder, path.name, [one for one in listed if one.get("name") == entry.get("name")])
+    (folder / name).unlink(missing_ok=True)
+    files = [*(one for one in listed if one["file"] != name), {**entry, "file": name}]
+    _replace_json(folder, {"state": COMPLETE, "files": files})
     path.replace(folder / name)
-    if entry is not None:
-        files = [*(one for one in listed if one["file"] != name), {**entry, "file": name}]
-        _replace_json(folder, {"state": COMPLETE, "files": files})
+
+
+def _numbered(folder: Path, name: str, ours: list[dict[str, Any]]) -> str:
+    """The first of name, name.1, ... of which no file of somebody else's is there; those of ours that are as they were
+    may be replaced. The name of a manifest is never free."""
+    number, found = 0, name
+    replaceable = {one["file"]: one for one in ours}
+    while found in MANIFESTS or (
+        os.path.lexists(folder / found)
+        and not (found in replaceable and _same(folder / found, replaceable[found]))
+    ):
+        number += 1
+        found = f"{name}.{number}"
+    return found
 
 
 @contextmanager
 def _alone(folder: Path) -> Iterator[None]:
-    """Alone in a folder among the runs of camgeom, as far as the system has such locks."""
-    lock = _hold(folder, wait=True)
+    """Alone in a folder among the runs of camgeom, as far as the system has such locks. Raises ExportError where
+    another process holds it for long: those of camgeom do while they rename files."""
+    lock = _hold(folder, _PATIENCE)
     try:
         yield
     finally:
@@ -269,23 +303,33 @@ def _alone(folder: Path) -> Iterator[None]:
             os.close(lock)
 
 
-def _hold(folder: Path, wait: bool = False) -> int | None:
-    """The lock of a folder, held until it is closed or the process ends; None where another process has it.
-
-    Where the system has no such locks, as on Windows, a lock that is waited for is not had, and no other either.
-    """
+def _hold(folder: Path, patience: float = 0.0) -> int | None:
+    """The lock of a folder, held until it is closed or the process ends; None where another process has it, and where
+    the system has no such locks, as Windows. Raises ExportError where it was waited for, s, in vain."""
     try:
         import fcntl
 
         lock = os.open(folder, os.O_RDONLY)
     except (ImportError, OSError):
         return None
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        os.close(lock)
-        return None
-    return lock
+    for left in range(round(patience / _PAUSE), -1, -1):
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return lock
+        except BlockingIOError:
+            if left:
+                time.sleep(_PAUSE)
+        except OSError:
+            break  # a file system without locks
+        except BaseException:
+            os.close(lock)
+            raise
+    else:
+        if patience:
+            os.close(lock)
+            raise ExportError(f"{folder}: another process has held a lock on it for {patience:g} s; wait for its end")
+    os.close(lock)
+    return None
 
 
 def _sync(folder: Path) -> None:

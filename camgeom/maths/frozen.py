@@ -6,10 +6,12 @@
 from __future__ import annotations
 
 import functools
+from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from threading import RLock
 from time import perf_counter
 from typing import Any, Generic, Protocol, TypeVar, cast, overload
+from weakref import ReferenceType, ref
 
 import numpy as np
 
@@ -102,6 +104,59 @@ class cached_property(functools.cached_property[T]):
             kept[refusal] = told(error)
             raise
         return kept.setdefault(self.attrname, value)
+
+
+SHELF = 500_000_000
+"""bytes that all shelved values of a process hold"""
+
+
+class _Shelf:
+    """What is kept of large values that are computed again where they are asked for later: the latest of them."""
+
+    def __init__(self) -> None:
+        self._lock = RLock()
+        self._kept: deque[tuple[ReferenceType[object], str, int]] = deque()
+        self._held = 0
+
+    def add(self, instance: object, name: str, value: object) -> None:
+        """One more; the first ones go where all are too many."""
+        with self._lock:
+            self._kept.append((ref(instance), name, _bytes(value)))
+            self._held += self._kept[-1][2]
+            while self._held > SHELF and len(self._kept) > 1:
+                owner, kept, size = self._kept.popleft()
+                self._held -= size
+                if (whose := owner()) is not None:
+                    vars(whose).pop(kept, None)
+
+
+def _bytes(value: object) -> int:
+    """Of the arrays in a value."""
+    if isinstance(value, np.ndarray):
+        return value.nbytes
+    inside = value.values() if isinstance(value, Mapping) else value if isinstance(value, tuple | list) else ()
+    return sum(map(_bytes, inside))
+
+
+_SHELF = _Shelf()
+
+
+class shelved(cached_property[T]):
+    """A `cached_property` of arrays so large that not every operating state of a design can keep them: the latest are
+    kept, `SHELF` bytes of all together, and what has made room is computed again, to the same value."""
+
+    @overload
+    def __get__(self, instance: None, owner: type[Any] | None = None) -> shelved[T]: ...
+
+    @overload
+    def __get__(self, instance: object, owner: type[Any] | None = None) -> T: ...
+
+    def __get__(self, instance: object, owner: type[Any] | None = None) -> Any:
+        value = super().__get__(instance, owner)
+        if instance is not None:
+            assert self.attrname is not None
+            _SHELF.add(instance, self.attrname, value)
+        return value
 
 
 Told = tuple[type[Exception], tuple[Any, ...], dict[str, Any]]

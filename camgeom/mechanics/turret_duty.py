@@ -20,7 +20,7 @@ from camgeom.errors import DesignError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats, among, distinct
 from camgeom.maths.extremum import Extreme, bracketed_maximum, brackets
-from camgeom.maths.frozen import cached_property
+from camgeom.maths.frozen import cached_property, shelved
 from camgeom.maths.surface import dot
 from camgeom.mechanics.bearing import (
     BearingLife,
@@ -209,7 +209,7 @@ class TurretDuty(Duty):
         """Sample points with a torque worth the name."""
         return np.flatnonzero(np.abs(self.turret_torque) > QUIET * self._most_torque)
 
-    @cached_property
+    @shelved
     def line_load(self) -> Floats:
         """Load per length on the wall that bears, N/mm, (n, k, m). Raises DesignError where nothing can bear."""
         return np.asarray(self._on_walls[0].sum(axis=0))
@@ -225,9 +225,11 @@ class TurretDuty(Duty):
         """Whether slices have gaps or a preload of their own, and press whichever wall they reach."""
         return self.preload > 0.0 or self.level == "finite"
 
-    @cached_property
+    @shelved
     def _on_walls(self) -> tuple[Floats, Floats]:
         """`_loads` at the sample points: what is known at those that are sampled first is not computed again."""
+        if len(self.theta) == len(self._sampled):
+            return self._first_loads
         at, there = among(self._sampled, self.theta)
         fresh = np.flatnonzero(~there)
         load, approach = np.empty((2, *self.engagement.on.shape))
@@ -235,7 +237,7 @@ class TurretDuty(Duty):
             each[:, there], each[:, fresh] = known[:, at[there]], more
         return load, approach
 
-    @cached_property
+    @shelved
     def _first_loads(self) -> tuple[Floats, Floats]:
         """`_loads` at the cam angles that are sampled first."""
         return self._loads(self._first)
@@ -352,7 +354,7 @@ class TurretDuty(Duty):
                 return float(np.arccos(np.sqrt(min(1.0, float(square[0])))))
         return 0.0
 
-    @cached_property
+    @shelved
     def pressure(self) -> Floats:
         """Peak contact pressure of every slice, MPa, (n, k, m); infinite where it bears on a wall that it undercuts."""
         if self.finite is not None:

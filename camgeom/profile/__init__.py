@@ -30,6 +30,7 @@ from camgeom.profile.sections import (
     MOST_LOADED,
     MOST_STATES,
     MOST_STATIONS,
+    TURRETS_FOLLOWED,
     Force,
     Limits,
     Materials,
@@ -268,7 +269,10 @@ class Profile(Section):
 
         from camgeom.motion.own import loaded_contents
 
-        found = hashlib.sha256(self.model_dump_json(exclude=UNTOLD).encode())
+        # A command that makes no body decides how bodies are meshed where the profile does not.
+        meshed = self.stated.get("output", {}).get("fewest_triangles")
+        output = self.output.model_copy(update={"fewest_triangles": meshed})
+        found = hashlib.sha256(self.model_copy(update={"output": output}).model_dump_json(exclude=UNTOLD).encode())
         # A law of the user's own reads its file itself.
         names = [value for segment in self.motion for key, value in segment.parameters if key == "file" and value]
         for name in names:
@@ -371,10 +375,11 @@ def from_data(
     if (states := len(profile.duty)) * followers > MOST_LOADED:
         most = f"at most {MOST_LOADED // followers}, {MOST_LOADED} with those of all followers"
         raise ProfileError([Problem("duty", f"too many states of {followers} followers", states, most)], file)
-    if (followed := _followed(profile)) > MOST_FOLLOWED:
+    rows = MOST_FOLLOWED // (TURRETS_FOLLOWED if isinstance(profile.follower, TurretFollower) else 1)
+    if (followed := _followed(profile)) > rows:
         what = "too many segments of motions and rows of forces, of every follower in every state"
         named = next(key for key in ("duty", "track", "station", "motion") if getattr(profile, key))
-        raise ProfileError([Problem(named, what, followed, f"at most {MOST_FOLLOWED}")], file)
+        raise ProfileError([Problem(named, what, followed, f"at most {rows}")], file)
     others = [track.whole for track in profile.tracks]
     rollers = [one.roller for one in (profile, *others)]
     if found := profile.cam.together([one.cam for one in others], rollers) or idle_way(profile):

@@ -51,6 +51,8 @@ def deliver(model: Model, order: Order, folder: RunFolder | None, say: Callable[
     """
     # Of what was read, whatever becomes of its files while they are worked on.
     design = model.profile.digest() if folder is not None else ""
+    if folder is not None:
+        folder.path(RESULT)
     reserve = bytes(RESERVE)
     products = Products(folder.shown if folder else lambda reason: reason)
     possible = [name for name in order.formats if _applies(model, name, order, products)]

@@ -134,17 +134,34 @@ class ToleranceStudy:
         Of play, preload and pressure what grows or is lost, over what may; beside a limit also, of a plate, how far its
         roller goes towards the ends of its groove over the running clearance.
         """
+        over = self.each_ratio(drawn)
+        return np.max(list(over.values()), axis=0) if over else np.zeros(len(drawn.dwell))
+
+    def each_ratio(self, drawn: Drawn) -> dict[str, Floats]:
+        """The same of each limit alone, by its key."""
         # Of the moves and of the pressure nothing is drawn where they have no limit.
-        over = [self._grown(drawn, name, limit) for name, limit in self.limits.items()]
+        over = {f"tolerance.{name}_limit": self._grown(drawn, name, limit) for name, limit in self.limits.items()}
         spec = self.spec
         if spec is not None and spec.preload_limit is not None and self.preload is not None:
-            over.append((self.preload - drawn.preload) / (self.preload - 1e-3 * spec.preload_limit))
+            lost = (self.preload - drawn.preload) / (self.preload - 1e-3 * spec.preload_limit)
+            over["tolerance.preload_limit"] = lost
         if spec is not None and spec.pressure_limit is not None:
-            over.append(self._harder(drawn, spec.pressure_limit))
+            over["tolerance.pressure_limit"] = self._harder(drawn, spec.pressure_limit)
         if over and drawn.ended is not None and self.end_room is not None:
             none = np.where(drawn.ended > NO_ROOM, np.inf, 0.0)
-            over.append(drawn.ended / self.end_room if self.end_room else none)
-        return np.max(over, axis=0) if over else np.zeros(len(drawn.dwell))
+            over["cam.running_clearance"] = drawn.ended / self.end_room if self.end_room else none
+        return over
+
+    def nominal_over(self, key: str) -> str:
+        """What exceeds a limit, by its key, without any error; empty where nothing does."""
+        spec = self.spec
+        if key == "tolerance.pressure_limit" and spec is not None and spec.pressure_limit is not None:
+            if self.peak is not None and self.peak >= spec.pressure_limit:
+                return f"{self.peak:.4g} MPa"
+            return "a pressure that nobody knows" if self.peak is None else ""
+        if key == "tolerance.backlash_limit" and self.play >= self.limits["backlash"]:
+            return f"a play of {self.loaded.shown(self.play):.4g} {self.loaded.unit}"
+        return ""
 
     def _grown(self, drawn: Drawn, name: str, limit: float) -> Floats:
         """A figure of every machine over its limit, both beyond what there is without errors: a groove's play."""

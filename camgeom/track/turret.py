@@ -22,7 +22,7 @@ import numpy.typing as npt
 from camgeom.immutable import immutable
 from camgeom.maths import Floats, among, distinct
 from camgeom.maths.extremum import FAN, Extreme, bracketed_maximum
-from camgeom.maths.frozen import cached_property
+from camgeom.maths.frozen import cached_property, shelved
 from camgeom.motion.program import Program
 from camgeom.track import TURN, Arc, Track
 from camgeom.track.clearance import roller_distance
@@ -207,7 +207,7 @@ class Engagement:
                 axial[wall.way, rows, place] = wall.flank.sliding()[1]
         return on_cam, axial
 
-    @cached_property
+    @shelved
     def _walls(self) -> dict[str, Any]:
         n, k, m = len(self.theta), len(self.places), len(self.stations)
         out = {
@@ -222,7 +222,7 @@ class Engagement:
             "angle": np.full((2, n, k, m), np.pi / 2.0),
         }
         fresh = np.ones(n, dtype=bool)
-        if self.known is not None:
+        if self.known is not None and "_walls" in vars(self.known):
             at, there = among(self.known.theta, self.theta)
             fresh = ~there
             for name, values in out.items():
@@ -287,37 +287,37 @@ class Engagement:
             out["angle"][way, rows, place] = flank.pressure_angle("axis")
             out["turning"][way, rows, place] = flank.turning
 
-    @cached_property
+    @property
     def lever(self) -> Floats:
         """Speed of the contact along its normal per radian of the turret, mm, (2, n, k, m), > 0."""
         return np.asarray(self._walls["lever"])
 
-    @cached_property
+    @property
     def curvature(self) -> Floats:
         """Relative curvature, 1/mm, (2, n, k, m)."""
         return np.asarray(self._walls["curvature"])
 
-    @cached_property
+    @property
     def on(self) -> Bools:
         """Whether at least half of a slice has a wall to bear on, (2, n, k, m)."""
         return np.asarray(self._walls["on"])
 
-    @cached_property
+    @property
     def touches(self) -> Bools:
         """Whether a slice has a wall to bear on, (2, n, k, m), also one without width."""
         return np.asarray(self._walls["touches"])
 
-    @cached_property
+    @property
     def cover(self) -> Floats:
         """Length of every slice that has a wall to bear on, mm, (2, n, k, m)."""
         return np.asarray(self._walls["cover"])
 
-    @cached_property
+    @property
     def place(self) -> Floats:
         """Middle of that length along the roller axis (delta), mm, (2, n, k, m)."""
         return np.asarray(self._walls["place"])
 
-    @cached_property
+    @property
     def normal(self) -> Floats:
         """Unit normals from roller into cam, (2, n, k, m, 3)."""
         return np.asarray(self._walls["normal"])
@@ -328,7 +328,7 @@ class Engagement:
         angle = np.where(self.on, self._walls["angle"], 0.0).max(axis=3)
         return np.asarray(np.where(self.on.any(axis=3), angle, 0.5 * np.pi).min(axis=2, initial=0.5 * np.pi))
 
-    @cached_property
+    @property
     def turning(self) -> Floats:
         """Turning of a roller about its pin that rolls on each slice, rad/rad, (2, n, k, m), see `Flank.turning`."""
         return np.asarray(self._walls["turning"])

@@ -4,8 +4,10 @@
     scripts/stability/faults.py --only memory --most 20
 
 A counter goes through a run: the n-th write (or rename, or folder made), the n-th allocation of a large array, the n-th
-library fails. The run has to end as any other, with its result.json and the reason at the product that it cost; where
-the result itself cannot be written, with one message and the earlier set whole.
+library fails. At each operation the run forks: its twin fails there and goes on to its end, is judged, and what it has
+left is put back before the run itself goes on, so that no work is done again for each fault. A twin has to end as any
+run, with its result.json and the reason at the product that it cost; where the result itself cannot be written, with
+one message and the earlier set whole.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ from __future__ import annotations
 import argparse
 import builtins
 import errno
+import fcntl
 import json
 import os
 import re
@@ -20,7 +23,8 @@ import shutil
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Container
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -77,20 +81,78 @@ pictures and films"""
 
 
 class Fault:
-    """The n-th of some kind of operation fails; `count` says how many there were."""
+    """Operations of a kind, of which the chosen ones fail, each in a twin of the run.
 
-    def __init__(self, number: int, error: Callable[[], Exception], tally: Path) -> None:
-        self.number, self.error, self.tally, self.count = number, error, tally, 0
+    judge  the class of how a twin has ended, by its exit status, before what it has left is put back
+    """
+
+    def __init__(
+        self, chosen: Container[int], error: Callable[[], Exception], place: Path, judge: Callable[[int], str]
+    ) -> None:
+        self.chosen, self.error, self.place, self.judge = chosen, error, place, judge
+        self.count, self.held = 0, False
+        self.streams: list[Any] = []
 
     def here(self) -> None:
         """One more operation."""
+        if self.held:
+            return
         self.count += 1
-        if self.count == self.number:
-            raise self.error()
+        if self.count in self.chosen:
+            self.held = True  # in the twin nothing more fails, and what judges it is not counted
+            self._forked()
+            self.held = False
+
+    def _forked(self) -> None:
+        """Return in the run itself, raise in its twin."""
+        for stream in self.streams:
+            stream.flush()
+        places = [stream.tell() for stream in self.streams]
+        folder, kept = self.place / "out", self.place / "kept"
+        _linked(folder, kept)
+        if (keeper := os.fork()) == 0:
+            fcntl.flock = lambda *_: None  # type: ignore[assignment]  # the run holds its folder, for its twins too
+            if (twin := os.fork()) == 0:
+                runs.bound(self.place / "twin.stdout", self.place / "twin.stderr")
+                raise self.error()
+            code = os.waitstatus_to_exitcode(os.waitpid(twin, 0)[1])
+            with (self.place / "endings").open("a") as file:
+                file.write(json.dumps([self.count, self.judge(code)]) + "\n")
+            _put_back(kept, folder)
+            os._exit(0)
+        if os.waitpid(keeper, 0)[1]:
+            raise SystemExit("what a twin has left could not be judged and put back")
+        for stream, place in zip(self.streams, places, strict=True):
+            stream.seek(place)
+            stream.truncate()
 
     def note(self) -> None:
         """Leave the count where the parent finds it."""
-        os.write(os.open(self.tally, os.O_WRONLY | os.O_CREAT), str(self.count).encode())
+        if not self.held:
+            self.held = True
+            (self.place / "tally").write_text(str(self.count))
+
+
+def _linked(folder: Path, copy: Path) -> None:
+    """The same tree, its files being the same ones."""
+    shutil.rmtree(copy, ignore_errors=True)
+    shutil.copytree(folder, copy, copy_function=os.link)
+
+
+def _put_back(copy: Path, folder: Path) -> None:
+    """Make a folder again what it was, open files of it included; folders that are there stay the same ones."""
+    for path in sorted(folder.rglob("*"), reverse=True):
+        before = copy / path.relative_to(folder)
+        if path.is_dir() and not before.is_dir():
+            path.rmdir()
+        elif not path.is_dir() and not (before.is_file() and before.samefile(path)):
+            path.unlink()
+    for before in sorted(copy.rglob("*")):
+        path = folder / before.relative_to(copy)
+        if before.is_dir():
+            path.mkdir(exist_ok=True)
+        elif not path.exists():
+            os.link(before, path)
 
 
 class Stream:
@@ -98,6 +160,7 @@ class Stream:
 
     def __init__(self, stream: Any, fault: Fault) -> None:
         self._stream, self._fault = stream, fault
+        fault.streams.append(stream)
 
     def write(self, data: Any) -> int:
         self._fault.here()
@@ -114,7 +177,23 @@ class Stream:
         return self
 
     def __exit__(self, *_: Any) -> None:
+        self._fault.streams.remove(self._stream)
         self._stream.close()
+
+
+def warm(profile: Path, folder: Path) -> None:
+    """Run once, and keep the model for the run to come: a twin whose write fails computes little again."""
+    import camgeom.model
+    from camgeom.cli import main
+
+    kept, made = list[Any](), camgeom.model.Model
+
+    def model(*words: Any) -> Any:
+        kept[:] = kept or [made(*words)]
+        return kept[0]
+
+    camgeom.model.Model = model  # type: ignore[assignment,misc]
+    main(["run", str(profile), "--out", str(folder)])
 
 
 def writes(fault: Fault) -> None:
@@ -173,36 +252,41 @@ def library(name: str) -> None:
     sys.meta_path.insert(0, Missing)  # type: ignore[arg-type]
 
 
-def judged(place: Path, profile: Path, prepare: Callable[[], Any], formats: list[str]) -> str:
-    """The class of a run under a fault, into a folder with an earlier run of another state; raises `Failure`."""
+def judged(code: int, err: Path, place: Path, profile: Path, formats: list[str]) -> str:
+    """The class of how a run under a fault has ended, into a folder with an earlier run of another state."""
+    try:
+        return _promised(code, err.read_text(errors="replace"), place, profile, formats)
+    except runs.Failure as failure:
+        return f"FAILURE: {failure}"
+
+
+def _promised(code: int, said: str, place: Path, profile: Path, formats: list[str]) -> str:
+    """The same; raises `Failure` where a promise is not kept."""
     folder, before = place / "out", place / "before"
-    shutil.rmtree(folder, ignore_errors=True)
-    shutil.copytree(before, folder)
-    ended = runs.child(["run", str(profile), "--out", str(folder)], place, None, prepare=prepare)
     name = json.loads((before / "result.json").read_text())["name"]
     for word in ("Warning", "Traceback", "this is a bug"):
-        if word in ended["stderr"]:
-            raise runs.Failure(f"stderr says {word}: {ended['stderr'][-700:]}")
-    if ended["code"] not in (0, 1, 2, 3):
-        raise runs.Failure(f"ended with {ended['code']}: {ended['stderr'][-300:]}")
+        if word in said:
+            raise runs.Failure(f"stderr says {word}: {said[-700:]}")
+    if code not in (0, 1, 2, 3):
+        raise runs.Failure(f"ended with {code}: {said[-300:]}")
     old = json.loads((before / "manifest.json").read_text())
     new = json.loads((folder / "manifest.json").read_text())
     if new["state"] != "complete":
         # A rename that fails leaves a set half way, and says so: the next run carries it through.
-        if ended["code"] != 3:
+        if code != 3:
             raise runs.Failure("a set was left half way without a word")
         runs.one_set(folder, killed=True)
         runs.recovered(folder, profile)
         return "carried through"
     runs.one_set(folder, killed=False)
     if new["profile_sha256"] == old["profile_sha256"]:
-        if ended["code"] != 3 or "cannot be written" not in ended["stderr"]:
-            raise runs.Failure(f"no result and exit status {ended['code']}: {ended['stderr'][-300:]}")
+        if code != 3 or "cannot be written" not in said:
+            raise runs.Failure(f"no result and exit status {code}: {said[-300:]}")
         return "earlier set whole"
     result = json.loads((folder / "result.json").read_text())
     runs.every_product(result, {"name": name, "output": {"formats": formats}}, folder)
     lost = [key for key, one in result["products"].items() if one["status"] in ("refused", "failed")]
-    return f"exit {ended['code']}, {'nothing' if not lost else 'products'} lost"
+    return f"exit {code}, {'nothing' if not lost else 'products'} lost"
 
 
 def campaign(kinds: tuple[str, ...], chosen: tuple[str, ...], most: int, say: Callable[[str], None]) -> Counter[str]:
@@ -215,7 +299,7 @@ def campaign(kinds: tuple[str, ...], chosen: tuple[str, ...], most: int, say: Ca
         wanted = re.findall(r'"([^"]+)"', formats)
         with tempfile.TemporaryDirectory(prefix="camgeom-fault-") as folder:
             place = Path(folder)
-            profile, tally = place / "profile.toml", place / "tally"
+            profile = place / "profile.toml"
             profile.write_text(_with_output(text, f"tolerance = 0.02\n{formats}"))
             earlier = place / "earlier.toml"
             earlier.write_text(_with_output(text, f"tolerance = 0.05\n{formats}"))
@@ -223,21 +307,30 @@ def campaign(kinds: tuple[str, ...], chosen: tuple[str, ...], most: int, say: Ca
             if ended["code"] not in (0, 1):
                 raise runs.Failure(f"the earlier run ended with {ended['code']}: {ended['stderr']}")
             for kind in kinds:
-                if kind == "library":
-                    faults: list[tuple[str, Callable[[], Any]]] = [
-                        (name, lambda name=name: library(name))
-                        for name in LIBRARIES  # type: ignore[misc]
-                    ]
-                else:
-                    faults = _counted(kind, place, profile, tally, wanted, most)
-                for name, prepare in faults:
-                    try:
-                        ending = judged(place, profile, prepare, wanted)
-                    except runs.Failure as failure:
-                        ending = "FAILURE"
-                        say(f"{label}, {kind} {name}: {failure}")
-                    counts[f"{kind}: {ending}"] += 1
+                found = _libraries(place, profile, wanted) if kind == "library" else _counted(
+                    kind, place, profile, wanted, most
+                )
+                for name, ending in found:
+                    if ending.startswith("FAILURE"):
+                        say(f"{label}, {kind} {name}: {ending}")
+                    counts[f"{kind}: {ending.partition(':')[0]}"] += 1
     return counts
+
+
+def _run(place: Path, profile: Path, prepare: Callable[[], Callable[[], None] | None]) -> int:
+    """The exit status of a run into a folder with an earlier one."""
+    folder = place / "out"
+    shutil.rmtree(folder, ignore_errors=True)
+    shutil.copytree(place / "before", folder)
+    return int(runs.child(["run", str(profile), "--out", str(folder)], place, None, prepare=prepare)["code"])
+
+
+def _libraries(place: Path, profile: Path, wanted: list[str]) -> list[tuple[str, str]]:
+    """How runs end without each library."""
+    return [
+        (name, judged(_run(place, profile, partial(library, name)), place / "stderr", place, profile, wanted))
+        for name in LIBRARIES
+    ]
 
 
 def _with_output(text: str, keys: str) -> str:
@@ -245,25 +338,34 @@ def _with_output(text: str, keys: str) -> str:
     return re.sub(r"^\[output\]\n(?:(?!\[).*\n?)*", "", text, flags=re.MULTILINE) + f"\n[output]\n{keys}\n"
 
 
-def _counted(
-    kind: str, place: Path, profile: Path, tally: Path, wanted: list[str], most: int
-) -> list[tuple[str, Callable[[], Any]]]:
-    """The faults of a kind, at most so many, evenly over the run."""
+def _counted(kind: str, place: Path, profile: Path, wanted: list[str], most: int) -> list[tuple[str, str]]:
+    """The faults of a kind, at most so many, evenly over the run, and how their twins end."""
     error = (lambda: OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))) if kind == "write" else MemoryError
     install = writes if kind == "write" else memory
 
-    def prepare(number: int) -> Callable[[], None]:
-        fault = Fault(number, error, tally)
-        install(fault)
-        return fault.note
+    def total(chosen: Container[int]) -> int:
+        def prepare() -> Callable[[], None]:
+            judge = lambda code: judged(code, place / "twin.stderr", place, profile, wanted)  # noqa: E731
+            if kind == "write":
+                warm(profile, place / "warm")
+            fault = Fault(chosen, error, place, judge)
+            install(fault)
+            return fault.note
 
-    tally.unlink(missing_ok=True)
-    judged(place, profile, lambda: prepare(0), wanted)
-    total = int(tally.read_text())
-    numbers = (
-        sorted({1 + k * (total - 1) // max(1, most - 1) for k in range(most)}) if total > most else range(1, total + 1)
-    )
-    return [(f"{number} of {total}", lambda number=number: prepare(number)) for number in numbers]  # type: ignore[misc]
+        (place / "tally").unlink(missing_ok=True)
+        (place / "endings").write_text("")
+        ending = judged(_run(place, profile, prepare), place / "stderr", place, profile, wanted)
+        if not ending.startswith("exit"):
+            raise runs.Failure(f"the run that is forked: {ending}")
+        return int((place / "tally").read_text())
+
+    every = range(1, total(()) + 1)
+    chosen = {1 + k * (len(every) - 1) // max(1, most - 1) for k in range(most)} if len(every) > most else set(every)
+    total(chosen)
+    endings = [json.loads(line) for line in (place / "endings").read_text().splitlines()]
+    if {number for number, _ in endings} != chosen:
+        raise runs.Failure("not every fault was injected")
+    return [(f"{number} of {len(every)}", ending) for number, ending in endings]
 
 
 def main() -> int:

@@ -120,7 +120,7 @@ def child(
     if child == 0:
         status = 70
         try:
-            _bound(out, err)
+            bound(out, err)
             from camgeom.cli import main
 
             after_all = prepare()
@@ -160,7 +160,7 @@ def child(
     }
 
 
-def _bound(out: Path, err: Path) -> None:
+def bound(out: Path, err: Path) -> None:
     """Take the bounds and the streams of a run."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)

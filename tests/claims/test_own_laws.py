@@ -181,3 +181,40 @@ def test_the_decorator_in_a_program_measures_at_once() -> None:
             lambda: [camgeom.Piece(0.0, 1.0, 0.0, (0.0, 0.0, 3.0, -2.0))]
         )
     assert "our-line" not in LAWS
+
+
+@pytest.mark.parametrize(
+    ("body", "told"),
+    [
+        ('if high == 5: raise KeyError("x")', "does not give a motion at high = 5 (KeyError: 'x')"),
+        ("if high == 5: raise SystemExit(0)", "SystemExit: 0"),
+        ("if high == 5: return []", "it has no pieces"),
+        ("if high == 5: return 7", "TypeError"),
+        ("if high == 5: return [7]", "7 is no Piece"),
+        ("if high == 5: return iter(lambda: 7, 8)", "more than 100000 pieces"),
+        ("if high == 5: return [Piece(0, 1, 0, (0, float('nan')))]", "or one that is none or beyond 1e+30"),
+        ("if high == 5: return [Piece(0, 1, 0, (0, 1e308))]", "or one that is none or beyond 1e+30"),
+        ("if high == 5: return [Piece(0, 0.9, 0, (0, 1))]", "do not follow on one another"),
+        ("if high == 5: return [Piece(0, 1, 0, (0, 2))]", "not from 0 to 1"),
+        ("if high == 5: return 1 / 0", "division by zero"),
+    ],
+)
+def test_a_law_that_goes_wrong_beyond_its_cases_is_told_as_such(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], body: str, told: str
+) -> None:
+    """It was called a bug of camgeom's, ended a check with 0 and no word, or never."""
+    said = ", ".join(f"{key}={value}" for key, value in CLAIMS.items())
+    text = (
+        f'{HEAD}@law("our-law", source="by hand", claims=Claims({said}), high=Parameter(3, 3, 9, "power", "integer"))\n'
+        f'def f(high):\n    """A cubic."""\n    {body}\n    return {ONE_PIECE}\n'
+    )
+    file, good, bad = written(tmp_path, text), tmp_path / "good.toml", tmp_path / "bad.toml"
+    changed = re.sub(r'law = "[^"]*"', 'law = "our-law"', PIN)
+    good.write_text(changed)
+    bad.write_text(changed.replace('law = "our-law"', 'law = "our-law"\nhigh = 5'))
+    assert main(["check", str(good), "--only", "motion", "--laws", file]) in (0, 1)
+    capsys.readouterr()
+    assert main(["check", str(bad), "--only", "motion", "--laws", file]) == 2
+    error = capsys.readouterr().err
+    assert told in error
+    assert "motion[" in error

@@ -390,6 +390,21 @@ def test_what_followers_follow_in_all_states_has_a_bound_in_common(states: int, 
             parse(head + force + rest)
 
 
+@pytest.mark.parametrize(("states", "refused"), [(2, False), (3, True)])
+def test_what_a_turret_follows_counts_four_times(states: int, refused: bool) -> None:
+    """Seven states of 4 900 rows with [dynamics] held 5 GB."""
+    data = read_data(PROFILES / "tool_changer.toml")
+    table = tuple((360.0 * k / 4900, 1.0) for k in range(4900))
+    data["operation"] = {**data["operation"], "force": ({"table": table},)}
+    speed = data["operation"]["speed"]
+    data["duty"] = tuple({"share": 1.0 / states, "speed": speed - number} for number in range(states))
+    if not refused:
+        assert len(from_data(data).duty) == states
+        return
+    with pytest.raises(ProfileError, match=r"duty: too many segments .* allowed: at most 10000"):
+        from_data(data)
+
+
 def test_what_several_tracks_follow_is_told_of_the_tracks() -> None:
     """Without [[duty]] there is none to blame: five tracks with a table of 8 500 rows each."""
     data = read_data(PROFILES / "two_groove_drum.toml")

@@ -40,6 +40,9 @@ def ran(profile: Path, capsys: pytest.CaptureFixture[str], *words: str) -> tuple
     return status, json.loads((folder / "result.json").read_text()), err
 
 
+STARVED = "out of memory; a larger output.tolerance, fewer states or rows of tables need less"
+
+
 @pytest.mark.parametrize(
     ("error", "status", "exit_status", "said"),
     [
@@ -48,8 +51,9 @@ def ran(profile: Path, capsys: pytest.CaptureFixture[str], *words: str) -> tuple
         (ExportError("cam.stl: cannot be written"), "failed", 1, "cam.stl: cannot be written"),
         (NotConverged("lost\nits way"), "failed", 3, "lost its way"),
         (GeometryEngineError("status 3"), "failed", 3, "status 3"),
-        (MemoryError(), "failed", 3, "out of memory; a larger output.tolerance needs less"),
-        (RuntimeError("can't start new thread"), "failed", 3, "out of memory; a larger output.tolerance needs less"),
+        (MemoryError(), "failed", 3, STARVED),
+        (RuntimeError("can't start new thread"), "failed", 3, STARVED),
+        (ImportError("x.so: failed to map segment from shared object"), "failed", 3, STARVED),
         (ModuleNotFoundError("No module named 'ezdxf'"), "failed", 1, "No module named 'ezdxf'"),
         (PermissionError(13, "Permission denied", "x.csv"), "failed", 1, "x.csv: Permission denied"),
         (ZeroDivisionError("by 0"), "failed", 3, "ZeroDivisionError: by 0; this is a bug"),

@@ -97,13 +97,64 @@ def test_another_profile_gets_the_folder_and_the_first_stays_whole(tmp_path: Pat
     assert (tmp_path / "previous/cam-one/result.json").read_text() == "one"
 
 
-def test_a_file_in_the_place_of_previous_is_named_before_anything_is_computed(tmp_path: Path) -> None:
+def test_what_is_in_the_place_of_previous_stops_nothing(tmp_path: Path) -> None:
+    """A folder of another file system, or one of that name below `previous`, left a set half way for ever."""
     (tmp_path / "previous").write_text("mine")
-    with pytest.raises(ExportError, match="previous: is in the way"), RunFolder(tmp_path):
-        raise AssertionError
-    assert names(tmp_path) == {"previous"}
-    (tmp_path / "previous").unlink()
-    assert run(tmp_path, {"cam.stl": "stl"}) == []
+    assert run(tmp_path, {"cam.stl": "one"}) == []
+    (tmp_path / "previous.1").mkdir()
+    (tmp_path / "previous.1/cam-one").write_text("mine too")
+    assert run(tmp_path, {"cam.ply": "two"}, design="b", name="cam two", stem="cam-two") == ["cam.stl"]
+    assert set(told(tmp_path / "previous.1/cam-one.1")) == {"cam.stl"}
+    assert (tmp_path / "previous").read_text() == "mine"
+    assert (tmp_path / "previous.1/cam-one").read_text() == "mine too"
+
+
+def test_a_folder_of_another_file_system_is_not_moved_into(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run(tmp_path, {"cam.stl": "one"})
+    (tmp_path / "previous").mkdir()
+    found = Path.stat
+
+    def elsewhere(self: Path, **way: Any) -> os.stat_result:
+        one = list(found(self, **way))
+        return os.stat_result([*one[:2], one[2] + (self.name == "previous"), *one[3:]])
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "stat", elsewhere)
+        assert rooms._taking(tmp_path, "previous") == "previous.1"
+    assert rooms._taking(tmp_path, "previous") == "previous"
+
+
+def test_what_the_user_has_among_earlier_files_stays(tmp_path: Path) -> None:
+    """A manifest that is none of ours, and a file that was changed there, were written over."""
+    (tmp_path / "manifest.json").write_text("mine")
+    run(tmp_path, {"cam.stl": "one", "cam.obj": "one"})
+    assert (tmp_path / "previous/manifest.json.1").read_text() == "mine"
+    (tmp_path / "previous/manifest.json").write_text("mine too")
+    run(tmp_path, {"result.json": "two"}, design="b")
+    assert set(told(tmp_path / "previous")) == {"cam.stl", "cam.obj"}
+    assert (tmp_path / "previous/manifest.json.2").read_text() == "mine too"
+    (tmp_path / "previous/cam.stl").write_text("edited")
+    run(tmp_path, {"cam.stl": "three", "cam.obj": "three"}, design="c")
+    run(tmp_path, {"result.json": "four"}, design="d")
+    assert (tmp_path / "previous/cam.stl").read_text() == "edited"
+    assert (tmp_path / "previous/cam.stl.1").read_text() == (tmp_path / "previous/cam.obj").read_text() == "three"
+
+
+def test_a_folder_that_another_process_holds_is_waited_for_and_then_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fcntl = pytest.importorskip("fcntl")
+    holder = os.open(tmp_path, os.O_RDONLY)
+    fcntl.flock(holder, fcntl.LOCK_EX)
+    monkeypatch.setattr(rooms, "_PATIENCE", 0.1)
+    with pytest.raises(ExportError, match=r"another process has held a lock on it for 0\.1 s"):
+        run(tmp_path, {"cam.stl": "one"})
+    assert names(tmp_path) == set()
+    monkeypatch.setattr(rooms, "_PATIENCE", 60.0)
+    monkeypatch.setattr(rooms.time, "sleep", lambda _: fcntl.flock(holder, fcntl.LOCK_UN))
+    run(tmp_path, {"cam.stl": "one"})
+    os.close(holder)
+    assert set(told(tmp_path)) == {"cam.stl"}
 
 
 @pytest.mark.parametrize(("other", "kept"), [("cam one", {"cam.stl"}), ("cam-one", {"cam.stl", "cam.stl.1"})])
@@ -123,7 +174,7 @@ def test_what_the_user_put_there_stays(tmp_path: Path) -> None:
     assert set(run(tmp_path, {"cam.stl": "stl", "result.json": "{}"})) == {"cam.stl", "manifest.json"}
     assert (tmp_path / "notes.txt").read_text() == "mine"
     assert (tmp_path / "previous/cam.stl").read_text() == "mine too"
-    assert "web page" in (tmp_path / "previous/manifest.json").read_text()
+    assert "web page" in (tmp_path / "previous/manifest.json.1").read_text()
     # A file of a run that was changed since is the user's too.
     (tmp_path / "cam.stl").write_text("edited")
     run(tmp_path, {"cam.stl": "again", "result.json": "{}"})
@@ -155,7 +206,7 @@ def test_a_link_is_moved_as_a_users_file_is_and_a_folder_in_the_way_is_named(tmp
 def test_a_manifest_as_deep_as_a_well_is_the_users_file(tmp_path: Path, text: str) -> None:
     (tmp_path / "manifest.json").write_text(text)
     run(tmp_path, {"cam.stl": "new"})
-    assert (tmp_path / "previous/manifest.json").read_text() == text
+    assert (tmp_path / "previous/manifest.json.1").read_text() == text
 
 
 MOMENTS = range(12)
@@ -211,6 +262,7 @@ def test_stopped_between_the_renames(
         assert (tmp_path / "previous/two.txt").read_text() == "mine"
         place = tmp_path / "previous/cam-one" if other else tmp_path / "previous"
         assert (place / "left.txt").read_text() == "old left"
+        assert set(told(place)) == ({"left.txt", "result.txt"} if other else {"left.txt"})
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".camgeom")]
 
 
@@ -237,6 +289,8 @@ def test_each_command_has_a_set_of_its_own(tmp_path: Path) -> None:
         '{"files": [{"file": "a"}], "state": "being replaced", "staged": "..", "aside": [], "earlier": {}}',
         '{"files": [], "state": "being replaced", "staged": ".camgeom-0123456789abcdef.part", "earlier": {}, '
         '"aside": [["../../x", "previous"]]}',
+        '{"files": [], "state": "complete", "version": NaN}', '{"files": [], "state": "complete", "version": 1e400}',
+        '{"files": [{"file": "\\ud800"}], "state": "complete"}',
     ],
 )  # fmt: skip
 def test_a_manifest_that_is_none_reaches_nothing(tmp_path: Path, manifest: str) -> None:
@@ -247,7 +301,7 @@ def test_a_manifest_that_is_none_reaches_nothing(tmp_path: Path, manifest: str) 
     assert read_manifest(place) == {}
     run(place, {"result.json": "{}"})
     assert (tmp_path / "x").read_text() == "outside"
-    assert (place / "previous/manifest.json").read_text() == manifest
+    assert (place / "previous/manifest.json.1").read_text() == manifest
     assert set(told(place)) == {"result.json"}
 
 
@@ -259,7 +313,7 @@ def test_an_interrupt_while_the_folder_opens_leaves_nothing(
     if existed:
         place.mkdir()
 
-    def interrupted(folder: Path, wait: bool = False) -> None:
+    def interrupted(folder: Path, patience: float = 0.0) -> None:
         if folder.name.endswith(".part"):
             assert folder.is_dir()
             raise KeyboardInterrupt
