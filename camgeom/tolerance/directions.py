@@ -16,12 +16,13 @@ from typing import TYPE_CHECKING, Self, final
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.errors import NotConverged
 from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import bracketed_maximum
 from camgeom.maths.frozen import cached_property
 from camgeom.tolerance.causes import Cause
-from camgeom.tolerance.seat import Bools
+from camgeom.tolerance.seat import TOGETHER, Bools
 
 if TYPE_CHECKING:
     from camgeom.tolerance.sensitivity import Seated
@@ -35,6 +36,8 @@ LARGE, NEAR = 0.7, 0.97
 that is found from which they are tried more closely"""
 SETTLED = 1e-10
 """share of the largest figure to which the search of all directions goes"""
+MOST_HELD, COPIES = 1.2e9, 4.0
+"""bytes of the errors that are tried and what is found of them, and those over the errors' own (measured)"""
 Rows = npt.NDArray[np.intp]
 Figure = Callable[[Floats], Floats]
 """figures (..., k) of errors (..., k, p), mm, at k cam angles"""
@@ -64,6 +67,13 @@ class Trials:
             for share in [None] if owners is None else [owners == k for k in distinct(owners)]:
                 parts += [(part, share) for part in g]
                 names += [(i, len(parts))] * len(g)
+        taken = COPIES * 16.0 * len(parts) * packed.order.size
+        if taken > MOST_HELD:
+            raise NotConverged(
+                f"errors at {len(packed.order)} cam angles of the turn would take about {1e-9 * taken:.2g} GB, more "
+                f"than the {1e-9 * MOST_HELD:g} GB that are spent on them: fewer segments of the motion, or rows of "
+                "tables of forces"
+            )
         errors = np.empty((len(parts), 2, *packed.order.shape))
         for both, (part, share) in zip(errors, parts):
             both[0] = part if share is None else part * share
@@ -115,11 +125,14 @@ class Trials:
             return
         first, second = (sign * np.maximum(far, 0.0))[group, :, rows].T
         turned = Turned(figure, self.errors[self.several[group].T, 0, rows], rows)
-        value, turn = turned.farther(np.arctan2(second, first))
+        value, turn = turned.by_blocks(lambda block, own: block.farther(own[0]), np.arctan2(second, first))
         which, most = cause[group], found.max(axis=1)
         np.maximum.at(most, which, value)
         near = np.flatnonzero(value >= NEAR * most[which])
-        value[near] = np.maximum(value[near], turned.some(near).beside(turn[near], value[near], CLOSER)[0])
+        closer, _ = turned.some(near).by_blocks(
+            lambda block, own: block.beside(own[0], own[1], CLOSER), turn[near], value[near]
+        )
+        value[near] = np.maximum(value[near], closer)
         each = [np.flatnonzero(group == i) for i in distinct(group)]
         hardest = np.array([own[np.argmax(value[own])] for own in each])
         value[hardest] = np.maximum(value[hardest], turned.some(hardest).largest(float(value.max())))
@@ -142,6 +155,17 @@ class Turned:
     def some(self, which: Rows) -> Turned:
         """At some of the cam angles."""
         return Turned(self.figure, self.parts[:, which], self.rows[which])
+
+    def by_blocks(
+        self, of: Callable[[Turned, list[Floats]], tuple[Floats, Floats]], *own: Floats
+    ) -> tuple[Floats, Floats]:
+        """Values and directions, (k,), of all cam angles, few of them at a time, with what each has of its own."""
+        count = max(1, len(self.rows))
+        few = max(1, TOGETHER * count // max(1, self.parts.size))
+        blocks = [np.arange(i, min(i + few, len(self.rows))) for i in range(0, count, few)]
+        found = [of(self.some(rows), [one[rows] for one in own]) for rows in blocks]
+        value, turn = (np.concatenate(each) for each in zip(*found))
+        return value, turn
 
     def turned(self, turn: Floats) -> Floats:
         """The figure in directions (k, q), rad, from the first part towards the second, (k, q)."""

@@ -9,8 +9,10 @@ the axes alone: all directions are tried where it can.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
+from itertools import repeat
 from math import pi
 from typing import final
 
@@ -29,7 +31,7 @@ from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.tolerance.causes import Approaches, Cause, Pivots, applicable
 from camgeom.tolerance.contacts import Contacts, contacts
 from camgeom.tolerance.directions import SETTLED, Figure, Rows, Trials
-from camgeom.tolerance.seat import Bools, Stand, Walls, pressures, walls_of
+from camgeom.tolerance.seat import TOGETHER, Bools, Stand, Walls, pressures, walls_of
 from camgeom.track import TURN
 
 PER_TURN = 240
@@ -306,17 +308,21 @@ class Sensitivities:
         parts, cause = tried.errors[several, 0] / walls.lever, tried.cause[several[:, 0]]
         push, hold = (np.take_along_axis(parts, at[None, None, :, None], axis=3)[..., 0] for at in walls.nearest)
         most = np.where(self._between, np.hypot(*(push - hold).swapaxes(0, 1)), 0.0)
-        group, rows = self._further(most, grown[cause])
-        if len(rows):
-            few, at = walls.rows(rows), tried.errors[several[group].T, 0, rows]
-            most[group, rows] = few.parted(np.zeros(few.lever.shape), [(at, None)]) - base[rows]
-            group, rows = self._further(most, grown[cause])
-        if len(rows):
-            few, at = walls.rows(rows), tried.errors[several[group].T, 0, rows]
+
+        def blocks(groups: Rows, angles: Rows) -> Iterator[tuple[Rows, Rows, Walls, Floats]]:
+            # A pair of stations is a number: few angles at a time.
+            size = max(1, TOGETHER // walls.lever.shape[1])
+            for i in range(0, len(angles), size):
+                own, rows = groups[i : i + size], angles[i : i + size]
+                yield own, rows, walls.rows(rows), tried.errors[several[own].T, 0, rows]
+
+        for own, rows, few, at in blocks(*self._further(most, grown[cause])):
+            most[own, rows] = few.parted(np.zeros(few.lever.shape), [(at, None)]) - base[rows]
+        noise = SETTLED * float(most.max())
+        for own, rows, few, at in blocks(*self._further(most, grown[cause])):
             ends = np.zeros(len(rows)), np.full(len(rows), TURN)
-            noise = SETTLED * float(most.max())
-            found, _ = bracketed_maximum(lambda turn: few.swung(at, turn), *ends, noise=noise)
-            np.maximum.at(grown, (cause[group], rows), found - base[rows])
+            found, _ = bracketed_maximum(partial(few.swung, at), *ends, noise=noise)
+            np.maximum.at(grown, (cause[own], rows), found - base[rows])
 
     def _further(self, most: Floats, grown: Floats) -> tuple[Rows, Rows]:
         """Errors and cam angles, numbers of (g, n), at which the play may grow, or the preload may go, further than the
@@ -341,6 +347,10 @@ class Sensitivities:
             walls, square = self._walls.rows(rows), self.seated.packed.square[rows]
 
             def grown(errors: Floats, stand: Stand | None = None) -> Floats:
+                if errors.ndim > 2 and errors.size > TOGETHER:
+                    none = repeat(None, len(errors))
+                    each = none if stand is None else map(Stand, stand.low, stand.high, stand.play)
+                    return np.stack(list(map(grown, errors, each)))
                 force = walls.forces(errors, stand)
                 force *= square
                 return np.asarray(np.sqrt(force.max(axis=-1)) / before - 1.0)

@@ -9,12 +9,13 @@ import pytest
 
 from camgeom.cams import starter
 from camgeom.checks import findings
-from camgeom.errors import DesignError, ProfileError
+from camgeom.errors import DesignError, NotConverged, ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse, read
-from camgeom.tolerance.causes import CAUSES, Approaches, default_pivots
+from camgeom.tolerance.causes import CAUSES, Approaches, applicable, default_pivots
 from camgeom.tolerance.contacts import contacts
-from tests.places import ROOT
+from camgeom.tolerance.directions import Trials
+from tests.places import PROFILES, ROOT
 from tests.reference.profiles import model
 
 
@@ -160,3 +161,33 @@ def test_a_follower_beside_one_wall_that_nothing_presses_is_refused() -> None:
     pressed = model("feeder_runout", tolerance=table).tolerances
     assert np.isfinite(pressed.drawn.dwell).all()
     assert np.isfinite(pressed.worst.curve).all()
+
+
+@pytest.mark.parametrize(("held", "told"), [(1.001, ""), (0.999, r"errors at \d+ cam angles of the turn would take")])
+def test_errors_of_many_cam_angles_have_a_bound(monkeypatch: pytest.MonkeyPatch, held: float, told: str) -> None:
+    """Those of a table of 4 900 rows on an indexer took 2.4 GB."""
+    from camgeom.tolerance import directions
+
+    tried = disc("roller_diameter = 0.02").tolerances.sensitivities
+    sizes = [(cause, 1.0) for cause in applicable(tried.loaded.mechanism)]
+    own = directions.COPIES * Trials.of(tried.seated, sizes).errors.nbytes
+    monkeypatch.setattr(directions, "MOST_HELD", held * own)
+    tried = disc("roller_diameter = 0.02").tolerances.sensitivities
+    if not told:
+        assert tried.rows
+        return
+    with pytest.raises(NotConverged, match=told):
+        _ = tried.rows
+
+
+def test_few_at_a_time_is_all_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = Model(read(PROFILES / "tool_changer.toml"))
+    together = {one.cause.key: one for one in model.tolerances.sensitivities.rows}
+    for module in ("seat", "sensitivity", "directions"):
+        monkeypatch.setattr(f"camgeom.tolerance.{module}.TOGETHER", 700)
+    again = Model(read(PROFILES / "tool_changer.toml"))
+    for one in again.tolerances.sensitivities.rows:
+        known = together[one.cause.key]
+        assert one.motion.value == pytest.approx(known.motion.value, rel=1e-9)
+        assert (one.play, one.preload) == pytest.approx((known.play, known.preload), rel=1e-9, abs=1e-15)
+        assert one.pressure == (known.pressure and pytest.approx(known.pressure, rel=1e-9))
