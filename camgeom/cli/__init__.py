@@ -99,9 +99,10 @@ class Console:
             _discard(sys.stdout)
 
     def toml(self, text: str) -> None:
-        """A profile; where the output has letters of its own, those beyond ASCII as TOML escapes them."""
-        encoding = (getattr(sys.stdout, "encoding", None) or "utf-8").lower().replace("-", "")
-        self.out(text if encoding == "utf8" else re.sub(r"[^\x00-\x7f]", lambda one: f"\\U{ord(one[0]):08x}", text))
+        """A profile, which is UTF-8 whatever else is written there."""
+        if isinstance(sys.stdout, io.TextIOWrapper):
+            sys.stdout.reconfigure(encoding="utf-8")
+        self.out(text)
 
     def err(self, text: str) -> None:
         """A message for the user, nothing unseen in it; lost where nobody hears: that changes no exit status."""
@@ -497,7 +498,8 @@ def _run(words: list[str], console: Console) -> int:
     except SystemExit as leaving:  # --help and --version
         return int(leaving.code or 0)
     command = next(command for command in COMMANDS if command.name == arguments.command)
-    _room()
+    if not {"profile", "design", "law", "validate"}.isdisjoint(command.options):
+        _room()
     if files := getattr(arguments, "laws", None):
         from camgeom.motion.own import load_all
 

@@ -162,7 +162,8 @@ class RunFolder:
             # What has been renamed into its place already is the new one.
             if name != own and (name not in new or (staged / name).exists()):
                 told = {key: manifest["earlier"].get(key) for key in ("name", "version", "design")}
-                _move(self.folder / name, self.folder / place, {**known[name], **told} if name in known else None)
+                ours = name in known and _same(self.folder / name, known[name])
+                _move(self.folder / name, self.folder / place, {**known[name], **told} if ours else None)
         for name in new:
             if (staged / name).exists():
                 _place(staged / name, self.folder / name)
@@ -312,23 +313,23 @@ def _hold(folder: Path, patience: float = 0.0) -> int | None:
         lock = os.open(folder, os.O_RDONLY)
     except (ImportError, OSError):
         return None
-    for left in range(round(patience / _PAUSE), -1, -1):
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return lock
-        except BlockingIOError:
-            if left:
-                time.sleep(_PAUSE)
-        except OSError:
-            break  # a file system without locks
-        except BaseException:
-            os.close(lock)
-            raise
-    else:
+    had = False
+    try:
+        for left in range(round(patience / _PAUSE), -1, -1):
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                had = True
+                return lock
+            except BlockingIOError:
+                if left:
+                    time.sleep(_PAUSE)
         if patience:
-            os.close(lock)
             raise ExportError(f"{folder}: another process has held a lock on it for {patience:g} s; wait for its end")
-    os.close(lock)
+    except OSError:
+        pass  # a file system without locks
+    finally:
+        if not had:
+            os.close(lock)
     return None
 
 

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import functools
-from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from threading import RLock
 from time import perf_counter
@@ -106,28 +105,47 @@ class cached_property(functools.cached_property[T]):
         return kept.setdefault(self.attrname, value)
 
 
-SHELF = 500_000_000
-"""bytes that all shelved values of a process hold"""
+SHELF, LATEST = 700_000_000, 0.5
+"""bytes that all shelved values of a process hold, and the share of them that those computed last have in any case"""
 
 
 class _Shelf:
-    """What is kept of large values that are computed again where they are asked for later: the latest of them."""
+    """What is kept of large values that are computed again where they are asked for later.
+
+    Operating states are gone through one after the other, again and again: those that are kept longest are asked for
+    first. What makes room is what was computed last, but for the latest.
+    """
 
     def __init__(self) -> None:
         self._lock = RLock()
-        self._kept: deque[tuple[ReferenceType[object], str, int]] = deque()
+        self._kept: dict[tuple[int, str], tuple[ReferenceType[object], int]] = {}
         self._held = 0
 
     def add(self, instance: object, name: str, value: object) -> None:
-        """One more; the first ones go where all are too many."""
+        """One more; others go where all are too many."""
         with self._lock:
-            self._kept.append((ref(instance), name, _bytes(value)))
-            self._held += self._kept[-1][2]
+            key = id(instance), name
+            if key in self._kept:
+                return
+            size = _bytes(value)
+            self._kept[key] = ref(instance, lambda _: self._forget(key)), size
+            self._held += size
             while self._held > SHELF and len(self._kept) > 1:
-                owner, kept, size = self._kept.popleft()
-                self._held -= size
-                if (whose := owner()) is not None:
-                    vars(whose).pop(kept, None)
+                latest, (gone, *_) = 0, self._kept
+                for one in reversed(self._kept):
+                    latest += self._kept[one][1]
+                    if latest > LATEST * SHELF and one != key:
+                        gone = one
+                        break
+                owner = self._kept[gone][0]()
+                self._forget(gone)
+                if owner is not None:
+                    vars(owner).pop(gone[1], None)
+
+    def _forget(self, key: tuple[int, str]) -> None:
+        with self._lock:
+            if (found := self._kept.pop(key, None)) is not None:
+                self._held -= found[1]
 
 
 def _bytes(value: object) -> int:
@@ -142,8 +160,8 @@ _SHELF = _Shelf()
 
 
 class shelved(cached_property[T]):
-    """A `cached_property` of arrays so large that not every operating state of a design can keep them: the latest are
-    kept, `SHELF` bytes of all together, and what has made room is computed again, to the same value."""
+    """A `cached_property` of arrays so large that not every operating state of a design can keep them: `SHELF` bytes
+    of all together are kept, and what has made room is computed again, to the same value."""
 
     @overload
     def __get__(self, instance: None, owner: type[Any] | None = None) -> shelved[T]: ...

@@ -188,7 +188,7 @@ class TurretDuty(Duty):
     @cached_property
     def engagement(self) -> Engagement:
         """The rollers beside the cam at every sample point."""
-        return self.beside.at(self.theta)
+        return self.beside.at(self.theta, self._first)
 
     @cached_property
     def _first(self) -> Engagement:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import wraps
+from functools import partial
 from importlib import import_module
 from itertools import islice
 from numbers import Real
@@ -17,6 +17,7 @@ from camgeom.motion.table import Piece
 
 MOST_PIECES, MOST_SIZE = 100_000, 1e30
 """of what a law from outside gives: pieces, and the magnitude of their numbers"""
+UNCONNECTED = "its pieces do not follow on one another from x = 0 to x = 1"
 APART = 1e-12
 """share of the travel by which its pieces may fail to meet"""
 HOME = "camgeom.motion"
@@ -82,7 +83,7 @@ def law(
         own = factory.__module__.startswith(f"{HOME}.laws_")
         if name in (LAWS.entered if own else LAWS):
             raise ValueError(f"two laws are called {name!r}; the name of a law is taken once")
-        built = factory if own else _guarded(name, factory)
+        built = factory if own else partial(_guarded, name, factory)
         entry = LawEntry(name, summary, source, claims, parameters, built, joins, tuple(cases), tuple(data), stand_in)
         if not own:
             from camgeom.motion.claims import refuse_unkept
@@ -94,25 +95,20 @@ def law(
     return enter
 
 
-def _guarded(name: str, factory: Factory) -> Factory:
-    """A law from outside of the package; ProfileError, and nothing else, where it gives no pieces that are some."""
-
-    @wraps(factory)
-    def built(*ends: Ends, **params: ParamValue) -> Sequence[Piece]:
-        try:
-            pieces = list(islice(factory(*ends, **params), MOST_PIECES + 1))
-            _refuse_unsound(pieces)
-            return finish(pieces, ends[0].lift if ends else 1.0)
-        except (CamgeomError, ArithmeticError):
-            raise
-        except (Exception, SystemExit) as error:
-            said = str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {error}"
-            given = ", ".join(f"{key} = {value!r}"[:60] for key, value in params.items())
-            at = f" at {given}" if given else ""
-            fault = f"the function of {name} does not give a motion{at} ({said[:300]})"
-            raise ProfileError([Problem("law", fault)]) from error
-
-    return built
+def _guarded(name: str, factory: Factory, /, *ends: Ends, **params: ParamValue) -> Sequence[Piece]:
+    """The pieces of a law from outside of the package; ProfileError, and nothing else, where they are none."""
+    try:
+        pieces = list(islice(factory(*ends, **params), MOST_PIECES + 1))
+        _refuse_unsound(pieces)
+        return finish(pieces, ends[0].lift if ends else 1.0)
+    except (CamgeomError, ArithmeticError, MemoryError, KeyboardInterrupt):
+        raise
+    except BaseException as error:  # whatever it raises must not end a command as if the design were judged
+        said = str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {error}"
+        given = ", ".join(f"{key} = {value!r}"[:60] for key, value in params.items())
+        at = f" at {given}" if given else ""
+        fault = f"the function of {name} does not give a motion{at} ({said[:300]})"
+        raise ProfileError([Problem("law", fault)]) from error
 
 
 def _refuse_unsound(pieces: Sequence[Piece]) -> None:
@@ -127,10 +123,10 @@ def _refuse_unsound(pieces: Sequence[Piece]) -> None:
         if not piece.power or not all(isinstance(x, Real) and abs(x) <= MOST_SIZE for x in numbers):
             raise ValueError(f"a piece has no number, or one that is none or beyond {MOST_SIZE:g}")
         if abs(piece.start - place) > APART or not piece.end > piece.start:
-            break
+            raise ValueError(UNCONNECTED)
         place = piece.end
     if abs(place - 1.0) > APART:
-        raise ValueError("its pieces do not follow on one another from x = 0 to x = 1")
+        raise ValueError(UNCONNECTED)
 
 
 def unknown_law(name: str, key: str) -> Problem:

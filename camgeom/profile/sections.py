@@ -24,8 +24,8 @@ MOST_LOADED = 256
 """followers, each in every operating state; one takes a tenth of a second, and its contacts a megabyte"""
 MOST_FOLLOWED = 40_000
 """segments of motions and rows of forces' tables, of every follower in every state: some 25 s and 0.9 GB"""
-TURRETS_FOLLOWED = 4
-"""times less of a turret, of which every roller and slice is followed: some 30 s and 1.5 GB"""
+TURRETS_FOLLOWED = 8
+"""times less of a turret, of which every roller and slice is followed: some 40 s and 1.5 GB, [dynamics] included"""
 
 NonNegative = Annotated[float, Field(ge=0.0, le=1e9, allow_inf_nan=False)]
 Value = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False)]

@@ -222,11 +222,12 @@ class Engagement:
             "angle": np.full((2, n, k, m), np.pi / 2.0),
         }
         fresh = np.ones(n, dtype=bool)
-        if self.known is not None and "_walls" in vars(self.known):
+        if self.known is not None:
+            believed = self.known._walls  # may make room meanwhile
             at, there = among(self.known.theta, self.theta)
             fresh = ~there
             for name, values in out.items():
-                values[:, there] = self.known._walls[name][:, at[there]]
+                values[:, there] = believed[name][:, at[there]]
         for found in self._rollers(fresh):
             self._fill(out, *found)
         return out
@@ -360,12 +361,12 @@ class Beside:
         """Cam angles at which a roller, and its middle slice, comes to bear or ceases to, rad."""
         return comings(self.tracks, self.within)
 
-    def at(self, theta: Floats) -> Engagement:
-        """The engagement at cam angles (n,), rad, in rising order."""
+    def at(self, theta: Floats, known: Engagement | None = None) -> Engagement:
+        """The engagement at cam angles (n,), rad, in rising order, some of them those of one that is known."""
         for one in self._asked:
             if np.array_equal(one.theta, theta):
                 return one
-        self._asked.append(self.once(theta, self._asked[-1] if self._asked else None))
+        self._asked.append(self.once(theta, known))
         return self._asked[-1]
 
     def once(self, theta: Floats, known: Engagement | None = None) -> Engagement:

@@ -195,6 +195,8 @@ def test_the_decorator_in_a_program_measures_at_once() -> None:
         ("if high == 5: return [Piece(0, 1, 0, (0, float('nan')))]", "or one that is none or beyond 1e+30"),
         ("if high == 5: return [Piece(0, 1, 0, (0, 1e308))]", "or one that is none or beyond 1e+30"),
         ("if high == 5: return [Piece(0, 0.9, 0, (0, 1))]", "do not follow on one another"),
+        ("if high == 5: return [Piece(0, 1, 0, (0, 0, 3, -2)), Piece(5, 6, 5, (1,))]", "do not follow on one another"),
+        ("if high == 5: raise GeneratorExit", "GeneratorExit"),
         ("if high == 5: return [Piece(0, 1, 0, (0, 2))]", "not from 0 to 1"),
         ("if high == 5: return 1 / 0", "division by zero"),
     ],

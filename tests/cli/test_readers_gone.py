@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from camgeom.cams import starter
 from camgeom.cli import main
 from camgeom.profile import read_data
 from tests.places import PROFILES
@@ -49,6 +50,12 @@ def test_a_designed_profile_is_one_whatever_the_output_is_written_in(tmp_path: P
     path = tmp_path / "made.toml"
     path.write_bytes(made.stdout)
     assert read_data(path)["name"] == "Kurventräger 凸轮"
+    # A text in single quotes has no escapes.
+    path.write_text(re.sub("^name = .*", "name = 'Größe 凸轮'", starter("disc"), flags=re.MULTILINE), encoding="utf-8")
+    made = started(["design", "disc", "--profile", str(path)], tmp_path, PYTHONIOENCODING=encoding)
+    assert made.returncode == 0, made.stderr
+    path.write_bytes(made.stdout)
+    assert read_data(path)["name"] == "Größe 凸轮"
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such names")

@@ -53,10 +53,10 @@ def test_what_is_known_at_a_cam_angle_is_not_sought_again() -> None:
     first = beside.at(np.linspace(0.0, TURN, 37))
     assert beside.at(np.linspace(0.0, TURN, 37)) is first
     finer = np.linspace(0.0, TURN, 73)
-    one, fresh = beside.at(finer), Engagement(duty.tracks, duty.beside.within, finer, slicing="ended")
+    one, fresh = beside.at(finer, first), Engagement(duty.tracks, duty.beside.within, finer, slicing="ended")
     assert one.known is first
     for name in ("on", "cover", "lever", "curvature", "place", "normal", "turning", "drive_angle"):
-        assert np.array_equal(vars(type(one))[name].func(one), vars(type(one))[name].func(fresh)), name
+        assert np.array_equal(getattr(one, name), getattr(fresh, name)), name
 
 
 def test_a_duty_under_another_load_asks_for_its_rollers_once() -> None:
