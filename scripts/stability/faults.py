@@ -33,6 +33,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 import products as runs
 
 LIBRARIES = ("scipy", "trimesh", "manifold3d", "pyvista", "vtkmodules", "PIL", "ezdxf", "imageio_ffmpeg", "meshio")
+PATIENCE = 10_800.0
+"""s, of a run with all its twins"""
 LARGE = 20_000
 """numbers in an array that is called large"""
 MAKERS = (
@@ -322,7 +324,8 @@ def _run(place: Path, profile: Path, prepare: Callable[[], Callable[[], None] | 
     folder = place / "out"
     shutil.rmtree(folder, ignore_errors=True)
     shutil.copytree(place / "before", folder)
-    return int(runs.child(["run", str(profile), "--out", str(folder)], place, None, prepare=prepare)["code"])
+    ended = runs.child(["run", str(profile), "--out", str(folder)], place, PATIENCE, prepare=prepare)
+    return int(ended["code"])
 
 
 def _libraries(place: Path, profile: Path, wanted: list[str]) -> list[tuple[str, str]]:
