@@ -24,7 +24,7 @@ MOST_LOADED = 256
 """followers, each in every operating state; one takes a tenth of a second, and its contacts a megabyte"""
 MOST_FOLLOWED = 40_000
 """segments of motions and rows of forces' tables, of every follower in every state: some 25 s and 0.9 GB"""
-TURRETS_FOLLOWED = 8
+TURRETS_FOLLOWED = 7
 """times less of a turret, of which every roller and slice is followed: some 40 s and 1.5 GB, [dynamics] included"""
 
 NonNegative = Annotated[float, Field(ge=0.0, le=1e9, allow_inf_nan=False)]
