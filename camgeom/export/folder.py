@@ -36,6 +36,8 @@ MANIFEST, STUDY, FRONT = MANIFESTS = "manifest.json", "study-manifest.json", "fr
 """of the files of a run, a study, a search"""
 PREVIOUS = "previous"
 COMPLETE, REPLACING = "complete", "being replaced"
+_TOLD, _TOLD_OF_EACH = {"name", "command", "version", "design"}, {"name", "version", "design", "sha256"}
+"""what every manifest of ours says: of its run, or in `previous/`, where files are of several, of each file"""
 _STAGED = re.compile(r"\.camgeom-[0-9a-f]{16}\.part")
 _MOST = 10_000_000
 """bytes of a manifest that is read"""
@@ -166,6 +168,9 @@ class RunFolder:
                 _move(self.folder / name, self.folder / place, {**known[name], **told} if ours else None)
         for name in new:
             if (staged / name).exists():
+                # Since the run that began this was stopped somebody may have put a file of his own there.
+                if os.path.lexists(self.folder / name) and not _same(self.folder / name, known.get(name, {})):
+                    _move(self.folder / name, self.folder / _taking(self.folder, PREVIOUS), None)
                 _place(staged / name, self.folder / name)
         _sync(self.folder)
         files = [entry for entry in manifest["files"] if (self.folder / entry["file"]).exists()]
@@ -200,6 +205,8 @@ def read_manifest(folder: Path, manifest: str = MANIFEST) -> dict[str, Any]:
         if path.is_symlink() or not path.is_file() or path.stat().st_size > _MOST:
             return {}
         data = json.loads(path.read_bytes())
+        if not (set(data) >= _TOLD or (data["files"] and all(set(entry) >= _TOLD_OF_EACH for entry in data["files"]))):
+            return {}
         json.dumps(data, allow_nan=False, ensure_ascii=False).encode()  # what cannot be written again is none
         names = [entry["file"] for entry in (*data["files"], *data.get("earlier", {}).get("files", ()))]
         names += [name for word, place in data.get("aside", ()) for name in (word, *place.split("/"))]

@@ -131,16 +131,20 @@ class _Shelf:
             self._kept[key] = ref(instance, lambda _: self._forget(key)), size
             self._held += size
             while self._held > SHELF and len(self._kept) > 1:
-                latest, (gone, *_) = 0, self._kept
-                for one in reversed(self._kept):
-                    latest += self._kept[one][1]
-                    if latest > LATEST * SHELF and one != key:
-                        gone = one
-                        break
-                owner = self._kept[gone][0]()
+                gone = self._next(key)
+                found = self._kept.get(gone)
                 self._forget(gone)
-                if owner is not None:
+                if found is not None and (owner := found[0]()) is not None:
                     vars(owner).pop(gone[1], None)
+
+    def _next(self, added: tuple[int, str]) -> tuple[int, str]:
+        """What goes next. An owner may be collected while this looks, and takes its values along."""
+        every, latest = self._kept.copy(), 0
+        for key, (_, size) in reversed(every.items()):
+            latest += size
+            if latest > LATEST * SHELF and key != added:
+                return key
+        return next(iter(every))
 
     def _forget(self, key: tuple[int, str]) -> None:
         with self._lock:

@@ -54,6 +54,39 @@ def test_what_was_computed_before_the_latest_makes_room(monkeypatch: pytest.Monk
     assert alone.large is alone.large
 
 
+def test_owners_may_go_while_room_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The collector came between: a dictionary changed during its iteration, or had lost what was just found in it."""
+    shelf = frozen._Shelf()
+    monkeypatch.setattr(frozen, "_SHELF", shelf)
+    monkeypatch.setattr(frozen, "SHELF", 2 * 512)
+    every: list[Held] = []
+
+    class Share(float):
+        def __mul__(self, other: float) -> float:  # in the middle of the search
+            every.clear()
+            return float(self) * other
+
+    found = shelf._next
+
+    def gone(added: tuple[int, str]) -> tuple[int, str]:
+        at = found(added)
+        every.clear()
+        return at
+
+    for share, search in ((Share(0.5), found), (0.5, gone)):
+        monkeypatch.setattr(frozen, "LATEST", share)
+        shelf._next = search  # type: ignore[method-assign]
+        every += [Held(), Held()]
+        assert every[0].large
+        assert every[1].large
+        alone = Held()
+        assert alone.large
+        assert "large" in vars(alone)
+        assert shelf._held == 512
+        del alone
+    assert shelf._held == 0
+
+
 def test_states_that_make_room_have_the_same_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Forty states of an indexer with [dynamics] and [tolerance] held 2 GB, and their run ended without a result."""
     data = read_data(PROFILES / "fine_indexer.toml")

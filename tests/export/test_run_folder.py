@@ -266,6 +266,40 @@ def test_stopped_between_the_renames(
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".camgeom")]
 
 
+@pytest.mark.parametrize("kind", ["file", "link", "folder"])
+def test_what_the_user_puts_there_between_a_kill_and_the_next_run_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    """The set that was carried through stood on it."""
+    run(tmp_path, {"result.txt": "old result"})
+
+    def dying(made: Path, final: Path) -> None:
+        raise Killed
+
+    with monkeypatch.context() as patched:
+        patched.setattr(rooms, "_place", dying)
+        patched.setattr(rooms.RunFolder, "__exit__", lambda self, *rest: os.close(self._lock))
+        with pytest.raises(Killed):
+            run(tmp_path, FILES, design="b")
+    if kind == "link":
+        (tmp_path / "three.txt").symlink_to("elsewhere")
+    elif kind == "folder":
+        (tmp_path / "three.txt").mkdir()
+    else:
+        (tmp_path / "three.txt").write_text("mine")
+        (tmp_path / "result.txt").write_text("mine too")
+    with RunFolder(tmp_path, STUDY):
+        pass
+    assert set(told(tmp_path)) == set(FILES)
+    assert {name: (tmp_path / name).read_text() for name in FILES} == FILES
+    if kind == "file":
+        assert (tmp_path / "previous/three.txt").read_text() == "mine"
+        assert (tmp_path / "previous/result.txt").read_text() == "mine too"
+    else:
+        assert os.path.lexists(tmp_path / "previous/three.txt")
+        assert not os.path.lexists(tmp_path / "previous/result.txt")  # ours, as it was: replaced
+
+
 def test_each_command_has_a_set_of_its_own(tmp_path: Path) -> None:
     run(tmp_path, {"cam.stl": "stl"})
     for manifest, name in ((STUDY, "study.csv"), (FRONT, "front.html")):
@@ -281,16 +315,20 @@ def test_each_command_has_a_set_of_its_own(tmp_path: Path) -> None:
         place.path("study.parquet")
 
 
+OURS = '{"name": "a", "command": "run", "version": "1", "design": "d", %s}'
+
+
 @pytest.mark.parametrize(
     "manifest",
     [
-        "[]", "{", '{"files": 3, "state": "complete"}', '{"files": [{"file": "../x"}], "state": "complete"}',
-        '{"files": [], "state": "complete", "stem": ".."}', '{"files": ["a"], "state": "complete"}',
-        '{"files": [{"file": "a"}], "state": "being replaced", "staged": "..", "aside": [], "earlier": {}}',
-        '{"files": [], "state": "being replaced", "staged": ".camgeom-0123456789abcdef.part", "earlier": {}, '
-        '"aside": [["../../x", "previous"]]}',
-        '{"files": [], "state": "complete", "version": NaN}', '{"files": [], "state": "complete", "version": 1e400}',
-        '{"files": [{"file": "\\ud800"}], "state": "complete"}',
+        "[]", "{", '{"files": [], "state": "complete"}', '{"files": [{"file": "a"}], "state": "complete"}',
+        OURS % '"files": 3, "state": "complete"', OURS % '"files": [{"file": "../x"}], "state": "complete"',
+        OURS % '"files": [], "state": "complete", "stem": ".."', OURS % '"files": ["a"], "state": "complete"',
+        OURS % '"files": [{"file": "a"}], "state": "being replaced", "staged": "..", "aside": [], "earlier": {}',
+        OURS % '"files": [], "state": "being replaced", "staged": ".camgeom-0123456789abcdef.part", "earlier": {}, '
+        '"aside": [["../../x", "previous"]]',
+        OURS % '"files": [], "state": "complete", "x": NaN', OURS % '"files": [], "state": "complete", "x": 1e400',
+        OURS % '"files": [{"file": "\\ud800"}], "state": "complete"',
     ],
 )  # fmt: skip
 def test_a_manifest_that_is_none_reaches_nothing(tmp_path: Path, manifest: str) -> None:
@@ -303,6 +341,14 @@ def test_a_manifest_that_is_none_reaches_nothing(tmp_path: Path, manifest: str) 
     assert (tmp_path / "x").read_text() == "outside"
     assert (place / "previous/manifest.json.1").read_text() == manifest
     assert set(told(place)) == {"result.json"}
+
+
+def test_a_manifest_that_could_not_be_another_program_s_is_ours(tmp_path: Path) -> None:
+    (tmp_path / "manifest.json").write_text(OURS % '"files": [], "state": "complete"')
+    assert read_manifest(tmp_path)["version"] == "1"
+    each = {"file": "a", "name": "a", "version": "1", "design": "d", "sha256": "0"}
+    (tmp_path / "manifest.json").write_text(json.dumps({"state": "complete", "files": [each]}))
+    assert read_manifest(tmp_path)["files"] == [each]
 
 
 @pytest.mark.parametrize("existed", [True, False])
