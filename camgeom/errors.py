@@ -128,6 +128,15 @@ class Unmade:
     trace: str = ""
 
 
+def told_of(error: BaseException) -> str:
+    """An error of somebody else's code in one short line, whatever its own text does."""
+    try:
+        text = " ".join(str(error).split())[:300]
+    except BaseException:
+        text = "its own text fails"
+    return text if text and isinstance(error, ValueError | CamgeomError) else f"{type(error).__name__}: {text}"
+
+
 def starved(error: BaseException) -> bool:
     """Whether memory ran out: threads and libraries that have no room for it say so in their own ways."""
     thread = isinstance(error, RuntimeError) and "start new thread" in str(error)

@@ -26,7 +26,7 @@ EPILOG = "exit status: 0 good; 1 the design fails a check; 2 bad input or usage;
 
 
 LEAST_ROOM = 500_000_000
-"""bytes of address space, where it is limited, that Python and the libraries of the geometry need to work at all"""
+"""bytes of address space and of data, where they are limited, that Python and the libraries of the geometry need"""
 
 
 class UsageError(CamgeomError):
@@ -462,20 +462,22 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _room() -> None:
-    """Load the linear algebra before anything else where the address space is limited: where none is left for it, its
-    library tries for ever, or ends the process. Raises CamgeomError where the limit is too low."""
+    """Load the linear algebra before anything else where the process may not have all memory: where none is left for
+    it, its library tries for ever, or ends the process. Raises CamgeomError where the limit is too low."""
     try:
-        from resource import RLIM_INFINITY, RLIMIT_AS, getrlimit
+        from resource import RLIM_INFINITY, RLIMIT_AS, RLIMIT_DATA, getrlimit
     except ImportError:
         return
-    limit = getrlimit(RLIMIT_AS)[0]
-    if limit == RLIM_INFINITY:
-        return
-    if limit < LEAST_ROOM:
-        raise CamgeomError(f"an address space of {limit // 10**6} MB is too small; at least {LEAST_ROOM // 10**6} MB "
-                           "(ulimit -v)")  # fmt: skip
-    with suppress(ImportError):
-        import scipy.linalg  # noqa: F401
+    limited = False
+    for kind, what in ((RLIMIT_AS, "an address space of {} (ulimit -v)"), (RLIMIT_DATA, "data of {} (ulimit -d)")):
+        limit = getrlimit(kind)[0]
+        limited |= limit != RLIM_INFINITY
+        if limit != RLIM_INFINITY and limit < LEAST_ROOM:
+            given = what.format(f"{limit // 10**6} MB")
+            raise CamgeomError(f"{given} is too little; at least {LEAST_ROOM // 10**6} MB")
+    if limited:
+        with suppress(ImportError):
+            import scipy.linalg  # noqa: F401
 
 
 def _discard(stream: TextIO | None) -> None:

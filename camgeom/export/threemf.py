@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from html import escape
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 from camgeom.export import NamedMesh, writer
 from camgeom.export.files import atomic_write, number_lines
+from camgeom.maths.threads import shared
 from camgeom.version import __version__
 
 _NAMESPACE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
@@ -71,24 +73,21 @@ def _write_model(model: IO[bytes], title: str, bodies: Sequence[NamedMesh]) -> N
         put(f'<object id="{number + 2}" type="{kind}" name="{escape(_plain(body.name))}" pid="1" pindex="{number}">')
         put("<mesh>\n<vertices>\n")
         vertices = number_lines(body.mesh.vertices, (b'<vertex x="', b'" y="', b'" z="'), b'"/>\n', _DECIMALS)
-        model.writelines(_ahead(vertices))
+        _packed(model, vertices)
         put("</vertices>\n<triangles>\n")
         triangles = number_lines(body.mesh.faces, (b'<triangle v1="', b'" v2="', b'" v3="'), b'"/>\n')
-        model.writelines(_ahead(triangles))
+        _packed(model, triangles)
         put("</triangles>\n</mesh></object>\n")
     items = "".join(f'<item objectid="{number + 2}"/>\n' for number in range(len(bodies)))
     put(f"</resources>\n<build>\n{items}</build>\n</model>\n")
 
 
-def _ahead(chunks: Iterator[bytes]) -> Iterator[bytes]:
-    """The same chunks, the next one being made while this one is packed; both work outside Python's lock."""
-    from concurrent.futures import ThreadPoolExecutor
-
-    with ThreadPoolExecutor(1) as worker:
-        waiting = worker.submit(next, chunks, None)
-        while (chunk := waiting.result()) is not None:
-            waiting = worker.submit(next, chunks, None)
-            yield chunk
+def _packed(model: IO[bytes], chunks: Iterator[bytes]) -> None:
+    """Write the chunks, the next one being made while this one is packed; both work outside Python's lock."""
+    chunk = next(chunks, None)
+    while chunk is not None:
+        both: tuple[Callable[[], Any], ...] = (partial(next, chunks, None), partial(model.write, chunk))
+        chunk, _ = shared(lambda job: job(), both, 2)
 
 
 def _plain(text: str) -> str:

@@ -5,12 +5,14 @@ Units N, mm, MPa, rad; arrays on the panels (p, n) of `force`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeVar, final
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.errors import NotConverged
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
@@ -28,6 +30,10 @@ SLICES = 9
 """equal shares of the length that touches"""
 RESOLVED, KEEN = 1e-4, 3
 """share of the largest square of pressure to which panels resolve it, and how often they are halved for that"""
+BLOCK = 65_536
+"""points of the walls that are computed at once"""
+MOST_PRESSED = 30_000
+"""panels that a roller is followed on: some 15 s and 1.2 GB"""
 NO_RADIUS = 1e-3
 """mm; smaller relative radii count as so much where panels are laid"""
 Mask = npt.NDArray[np.bool_]
@@ -78,20 +84,29 @@ class Pressing:
         another speed. A track with one wall (force-closed cam, one disc of a conjugate pair) pushes one way only:
         there the force is clipped at zero.
         """
-        full = self.load.sampled()
+        full = self._within(self.load.sampled())
         if self.runs_out:
-            return self._held(full)
+            return self._within(self._held(full))
         zeros = roots(full.panels, full.force[None], QUIET * float(np.abs(full.force).max(initial=0.0)))[0]
         edges = np.concatenate([zeros, *self._square(full.panels)])
         if edges.size:
-            full = self.load.sampled(full.panels.split(edges))
+            full = self._within(self.load.sampled(full.panels.split(edges)))
         if len(self.track.sides) > 1:
             # One roller between both walls: of two that have a wall each the forces are added up on the same panels.
             keen = resolved(lambda theta: self._hardness(full, theta), full.panels, RESOLVED, KEEN)
-            return self.load.sampled(keen) if len(keen.half) > len(full.panels.half) else full
+            return self._within(self.load.sampled(keen)) if len(keen.half) > len(full.panels.half) else full
         wall = Flank(self.track, full.panels.theta[0], np.array([self.station]), self.track.sides[0])
         sign = 1.0 if wall.behind else -1.0
         return replace(full, force=np.maximum(sign * full.force, 0.0) * sign)
+
+    def _within(self, full: FollowerForce) -> FollowerForce:
+        """The same; raises NotConverged where its panels are more than those that a roller is followed on."""
+        if (count := len(full.panels.half)) > MOST_PRESSED:
+            raise NotConverged(
+                f"the roller's contact takes {count} stretches of the turn, more than the {MOST_PRESSED} it is "
+                "followed on; fewer segments of the motion, pieces of its laws or rows of forces need less"
+            )
+        return full
 
     def _hardness(self, full: FollowerForce, theta: Floats) -> Floats:
         """The force times the relative curvature of the wall that it presses, at either end of the roller and at cam
@@ -159,38 +174,53 @@ class Pressing:
         return Flank(self.track, self.force.panels.theta.ravel(), t, side, given_pose=self._poses[side])
 
     def walls(self, t: Floats) -> StationWalls:
-        """The flank at meridian parameters t (m,), or (p n, m) for each cam angle."""
-        shape = self.force.panels.theta.shape
+        """The flank at meridian parameters t (m,), or (p n, m) for each cam angle; so many angles at once as memory
+        likes."""
+        shape, count = self.force.panels.theta.shape, self.force.panels.theta.size
+        size = max(1, BLOCK // t.shape[-1])
+        blocks = [self._walls(t, slice(at, at + size)) for at in range(0, count, size)]
 
-        def laid(values: npt.NDArray[Kind]) -> npt.NDArray[Kind]:
+        def laid(parts: Sequence[npt.NDArray[Kind]]) -> npt.NDArray[Kind]:
+            values = parts[0] if len(parts) == 1 else np.concatenate(parts)
             return values.reshape(shape) if t.shape[-1] == 1 else values.T.reshape(-1, *shape)
 
-        flanks = {side: self._flank(t, side) for side in self.track.sides}
-        behind = next((s for s, f in flanks.items() if f.behind), None)
-        ahead = next((s for s in flanks if s != behind), None)
+        behind, ahead, lever, cosine, before, after, one, other = map(laid, zip(*blocks, strict=True))
+        return StationWalls(behind, ahead, lever, cosine, (before, after), (one, other))
+
+    def _walls(self, t: Floats, block: slice) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats, Mask, Mask]:
+        """What `StationWalls` has, in its order, at some of the cam angles, (k, m) each."""
+        theta, t = self.force.panels.theta.ravel()[block], t if t.ndim == 1 else t[block]
+        poses = {side: pose if len(theta) == len(pose.turn) else pose.between(block.start, block.stop)
+                 for side, pose in self._poses.items()}  # fmt: skip
+        flanks = {side: Flank(self.track, theta, t, side, given_pose=poses[side]) for side in self.track.sides}
+        behind = next((side for side in flanks if self._behind[side]), None)
+        ahead = next((side for side in flanks if side != behind), None)
         some = next(iter(flanks.values()))
-        rolled = {side: laid(flank.rolled) for side, flank in flanks.items()}
-        here = {side: laid(self._here(flank)) for side, flank in flanks.items()}
-        curvature = {side: laid(flank.k_rel) for side, flank in flanks.items()}
+        here = {side: self._here(flank) for side, flank in flanks.items()}
+        curvature = {side: flank.k_rel for side, flank in flanks.items()}
         if self.beside is not None:
             # A fold in free air is nobody's stress: a plane stands for it.
             curvature = {side: np.where(here[side] | (k > 0.0), k, 1.0 / self.radius) for side, k in curvature.items()}
-        zero = np.zeros_like(next(iter(rolled.values())))
+        zero = np.zeros_like(some.rolled)
         none = np.zeros(zero.shape, dtype=bool)
         # A cone whose arm carries it aside touches its walls at two places that are no mirror images of each other.
         one, other = (flanks[side] if side is not None else some for side in (behind, ahead))
-        pressed = self.force.force >= 0.0
-        return StationWalls(
+        pressed = self.force.force.ravel()[block, None] >= 0.0
+        return (
             curvature[behind] if behind is not None else zero,
             curvature[ahead] if ahead is not None else zero,
-            np.where(pressed, *(laid(np.abs(flank.lever())) for flank in (one, other))),
-            np.where(pressed, *(laid(np.cos(flank.pressure_angle())) for flank in (one, other))),
-            (
-                rolled[behind] if behind is not None else zero,
-                rolled[ahead] if ahead is not None else zero,
-            ),
-            (here[behind] if behind is not None else none, here[ahead] if ahead is not None else none),
+            np.where(pressed, np.abs(one.lever()), np.abs(other.lever())),
+            np.where(pressed, np.cos(one.pressure_angle()), np.cos(other.pressure_angle())),
+            flanks[behind].rolled if behind is not None else zero,
+            flanks[ahead].rolled if ahead is not None else zero,
+            here[behind] if behind is not None else none,
+            here[ahead] if ahead is not None else none,
         )
+
+    @cached_property
+    def _behind(self) -> dict[float, bool]:
+        """Which of the sides is the wall behind."""
+        return {side: self._flank(np.array([self.station]), side).behind for side in self.track.sides}
 
     def _here(self, flank: Flank) -> Mask:
         """Where a flank's points are on the cam, (n, m)."""

@@ -3,21 +3,79 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from itertools import pairwise
+from collections.abc import Mapping, Sequence
+from itertools import islice, pairwise
+from numbers import Real
+from operator import index
 
-import numpy as np
-
-from camgeom.errors import Problem, ProfileError
-from camgeom.motion.law import Claims, Ends, LawEntry, ParamValue
+from camgeom.errors import Problem, ProfileError, told_of
+from camgeom.maths import TURN
+from camgeom.motion.law import Claims, Ends, Factory, LawEntry, ParamValue, finish
 from camgeom.motion.table import Piece
 
+MOST_PIECES, MOST_TERMS, MOST_PERIODS, MOST_SIZE = 20_000, 100, 500, 1e30
+"""of what a law from outside gives: pieces, powers and waves of each, periods in all, magnitude of the numbers"""
+APART = 1e-12
+"""share of the travel by which its pieces may fail to meet"""
 TRUE_TO = 5e-4
 """relative; a claim may be rounded as books print it, to four digits"""
 JOINED = 1e-9
 """a joining law takes over the derivatives of its neighbours to this share of the largest of them"""
 TRIED = Ends(2.0, (0.3, -1.1, 2.3), (-0.7, 1.7, 0.9))
 """ends that a joining law must meet"""
+
+
+def guarded(name: str, factory: Factory, /, *ends: Ends, **params: ParamValue) -> Sequence[Piece]:
+    """The pieces of a law from outside of the package; ProfileError, and nothing else, where they are none."""
+    try:
+        pieces = [_sound(piece) for piece in islice(factory(*ends, **params), MOST_PIECES + 1)]
+        _refuse_unsound(pieces)
+        return finish(pieces, ends[0].lift if ends else 1.0)
+    except (MemoryError, KeyboardInterrupt):
+        raise
+    except BaseException as error:  # whatever it raises must not end a command as if the design were judged
+        given = ", ".join(f"{key} = {value!r}"[:60] for key, value in params.items())
+        at = f" at {given}" if given else ""
+        fault = f"the function of {name} does not give a motion{at} ({told_of(error)})"
+        raise ProfileError([Problem("law", fault)]) from error
+
+
+def _sound(piece: Piece) -> Piece:
+    """The same piece of plain numbers, its waves of positive frequencies; raises ValueError where there is none."""
+    if not isinstance(piece, Piece):
+        raise ValueError(f"{piece!r:.60} is no Piece")
+    waves = [(abs(w), a, b if w > 0.0 else -b) for w, a, b in piece.waves if w != 0.0]
+    numbers = [piece.start, piece.end, piece.anchor, *piece.power, *(x for wave in waves for x in wave)]
+    if not 0 < len(piece.power) <= MOST_TERMS or len(waves) > MOST_TERMS:
+        raise ValueError(f"a piece has no number, or more than {MOST_TERMS} powers or waves")
+    if not all(isinstance(x, Real) and abs(x) <= MOST_SIZE for x in numbers):
+        raise ValueError(f"a piece has a number that is none or beyond {MOST_SIZE:g}")
+    low, high, anchor, *power = map(float, numbers[: 3 + len(piece.power)])
+    return Piece(low, high, anchor, tuple(power), tuple((float(w), float(a), float(b)) for w, a, b in waves),
+                 index(piece.kept))  # fmt: skip
+
+
+def _refuse_unsound(pieces: Sequence[Piece]) -> None:
+    """Raise ValueError where they are not pieces from 0 to 1 of one motion that can be computed with."""
+    if not 0 < len(pieces) <= MOST_PIECES:
+        raise ValueError("it has no pieces" if not pieces else f"it has more than {MOST_PIECES} pieces")
+    place, turns = 0.0, 0.0
+    for piece in pieces:
+        if abs(piece.start - place) > APART or not piece.end > piece.start:
+            raise ValueError("its pieces do not follow on one another from x = 0 to x = 1")
+        place = piece.end
+        turns += max((w for w, *_ in piece.waves), default=0.0) * (piece.end - piece.start) / TURN
+    if abs(place - 1.0) > APART:
+        raise ValueError("its pieces do not follow on one another from x = 0 to x = 1")
+    if turns > MOST_PERIODS:
+        raise ValueError(f"its waves have {turns:.6g} periods in all, more than {MOST_PERIODS}")
+    steps = [abs(after.value(after.start) - before.value(before.end)) for before, after in pairwise(pieces)]
+    if max(steps, default=0.0) > JOINED * max(map(_size, pieces)):
+        raise ValueError("its lift jumps between two pieces")
+
+
+def _size(piece: Piece) -> float:
+    return max(1.0, *(abs(piece.value(x)) for x in (piece.start, piece.end)))
 
 
 def refuse_unkept(entry: LawEntry) -> None:
@@ -37,10 +95,7 @@ def _unkept(entry: LawEntry, params: Mapping[str, ParamValue], claims: Claims) -
     if problems := entry.problems(params, f"{where}: "):
         return problems
     try:
-        law = entry.make(params)
-        if fault := _shape_fault(law.pieces):
-            return [Problem(where, fault)]
-        measured = law.peaks()
+        measured = entry.make(params).peaks()
         missed = _missed_end(entry, params) if entry.joins else ""
     except ProfileError as error:
         return [Problem(f"{where}: {p.key}", p.message, p.value, p.allowed, p.hint) for p in error.problems]
@@ -53,20 +108,6 @@ def _unkept(entry: LawEntry, params: Mapping[str, ParamValue], claims: Claims) -
         if claimed != is_ and not (math.isfinite(is_) and abs(claimed - is_) <= tolerance * abs(is_)):
             problems.append(Problem(f"{where}: {key}", "the claim does not hold", claimed, f"{is_:.9g} as measured"))
     return problems
-
-
-def _shape_fault(pieces: tuple[Piece, ...]) -> str:
-    """Why the pieces are no motion over 0 <= x <= 1; empty where they are one."""
-    edges = [pieces[0].start, *(piece.end for piece in pieces)]
-    if edges[0] != 0.0 or edges[-1] != 1.0 or any(piece.start != edge for piece, edge in zip(pieces, edges)):
-        return "its pieces do not follow on one another from x = 0 to x = 1"
-    if any(not low < high for low, high in pairwise(edges)):
-        return "its pieces must each end after they start"
-    numbers = np.array([c for piece in pieces for c in (*piece.power, *(x for wave in piece.waves for x in wave))])
-    if not np.isfinite(numbers).all():
-        return "a number of its pieces is not finite"
-    steps = [abs(after.value(after.start) - before.value(before.end)) for before, after in pairwise(pieces)]
-    return "its lift jumps between two pieces" if max(steps, default=0.0) > JOINED else ""
 
 
 def _missed_end(entry: LawEntry, params: Mapping[str, ParamValue]) -> str:

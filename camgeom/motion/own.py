@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from types import ModuleType
 
-from camgeom.errors import Problem, ProfileError
+from camgeom.errors import Problem, ProfileError, told_of
 from camgeom.motion.catalogue import LAWS
 from camgeom.reading import read_bytes
 
@@ -120,8 +120,9 @@ def _run(content: bytes, path: Path, shown: str) -> None:
         raise ProfileError(error.problems, shown) from None
     except SyntaxError as error:
         raise ProfileError([Problem(f"line {error.lineno or 1}", f"is not Python: {error.msg}")], shown) from None
-    except (Exception, SystemExit) as error:
+    except (KeyboardInterrupt, MemoryError):
+        raise
+    except BaseException as error:
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
         where = f"line {lines[-1]}" if lines else "file"
-        said = str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {error}"
-        raise ProfileError([Problem(where, said)], shown) from None
+        raise ProfileError([Problem(where, told_of(error))], shown) from None

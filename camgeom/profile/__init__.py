@@ -137,6 +137,8 @@ class Profile(Section):
     _stated: dict[str, Any] | None = PrivateAttr(None)
     _beside: int = PrivateAttr(1)
     """programs of the cam that have best laws, which share what their search may cost"""
+    _pieces: int = PrivateAttr(0)
+    """of the motion, between the cam angles at which a derivative of it may jump"""
 
     def __eq__(self, other: object) -> bool:
         """Whether the sections are equal, however they were stated."""
@@ -377,7 +379,7 @@ def from_data(
         raise ProfileError([Problem("duty", f"too many states of {followers} followers", states, most)], file)
     rows = MOST_FOLLOWED // (TURRETS_FOLLOWED if isinstance(profile.follower, TurretFollower) else 1)
     if (followed := _followed(profile)) > rows:
-        what = "too many segments of motions and rows of forces, of every follower in every state"
+        what = "too many pieces of motions and rows of forces, of every follower in every state"
         named = next(key for key in ("duty", "track", "station", "motion") if getattr(profile, key))
         raise ProfileError([Problem(named, what, followed, f"at most {rows}")], file)
     others = [track.whole for track in profile.tracks]
@@ -421,6 +423,7 @@ def _cross_checks(profile: Profile, tracks: bool) -> list[Problem]:
         setup = profile.setup()
     except ProfileError as error:
         return error.problems
+    profile._pieces = len(setup.program.knots) - 1
     idle = idle_problems(profile, setup, tracks)
     idle += _warnings_beyond(profile.limits)
     output = profile.output
@@ -509,13 +512,13 @@ def _rows(forces: tuple[Force, ...]) -> int:
 
 
 def _followed(profile: Profile) -> int:
-    """Segments of the motions and rows of forces' tables that are followed, of every follower in every state."""
+    """Pieces of the motions and rows of forces' tables that are followed, of every follower in every state."""
     total = 0
     for one in (profile, *(track.whole for track in profile.tracks)):
         own = one.operation.force if one.operation is not None else ()
         followers = [station.force or own for station in one.stations] + [own]
         states = [state.force for state in profile.operating_states] or [None]
-        total += sum(len(one.motion) + _rows(force or mine) for force in states for mine in followers)
+        total += sum(one._pieces + _rows(force or mine) for force in states for mine in followers)
     return total
 
 

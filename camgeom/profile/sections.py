@@ -23,7 +23,7 @@ MOST_STATIONS = 12
 MOST_LOADED = 256
 """followers, each in every operating state; one takes a tenth of a second, and its contacts a megabyte"""
 MOST_FOLLOWED = 40_000
-"""segments of motions and rows of forces' tables, of every follower in every state: some 25 s and 0.9 GB"""
+"""pieces of motions and rows of forces' tables, of every follower in every state: some 25 s and 0.9 GB"""
 TURRETS_FOLLOWED = 7
 """times less of a turret, of which every roller and slice is followed: some 40 s and 1.5 GB, [dynamics] included"""
 

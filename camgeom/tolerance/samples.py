@@ -9,7 +9,6 @@ the errors of its body (of their track's walls) as the first one there has them,
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from math import pi
 from typing import TypeVar, final
@@ -21,6 +20,7 @@ from camgeom.errors import NotConverged
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
+from camgeom.maths.threads import shared
 from camgeom.solid.mechanism import Drive
 from camgeom.tolerance.causes import CAUSES, NORMAL, Cause, Sharing
 from camgeom.tolerance.ends import Ends
@@ -490,8 +490,7 @@ class Machines:
                     self._kept[block, samples] = x
             return judge(block, x)
 
-        with ThreadPoolExecutor(max(1, workers)) as pool:
-            return list(pool.map(judged, range(0, len(sizes), TOGETHER)))
+        return shared(judged, range(0, len(sizes), TOGETHER), workers)
 
     @cached_property
     def _kept(self) -> dict[tuple[int, int], Singles]:

@@ -182,7 +182,8 @@ class Pose:
 
     def between(self, start: int, stop: int) -> Pose:
         """The pose from one of its cam angles to before another one."""
-        return Pose(self.a[..., start:stop], self.u[..., start:stop], self.turn[start:stop])
+        pace, slid = (None if values is None else values[start:stop] for values in (self.pace, self.slid))
+        return Pose(self.a[..., start:stop], self.u[..., start:stop], self.turn[start:stop], pace, slid)
 
     def at(self, rows: npt.NDArray[np.intp]) -> Pose:
         """The pose at some of its cam angles."""

@@ -127,6 +127,9 @@ def test_a_claim_holds_to_its_rounding_and_no_further(tmp_path: Path, key: str) 
         ("import no_such_module_at_all", "line 1: ModuleNotFoundError"),
         ("raise SystemExit(0)", "line 1: SystemExit"),
         ("x = 1", "enters no law"),
+        ("raise GeneratorExit", "line 1: GeneratorExit"),
+        ("class Own(BaseException): pass\nraise Own(7)", "line 2: Own: 7"),
+        ("class Own(Exception):\n    def __str__(self): return 1 / 0\nraise Own", "line 3: Own: its own text fails"),
         ("\0", "null bytes"),
     ],
 )
@@ -175,6 +178,18 @@ def test_a_joining_law_takes_over_what_moves_beside_it(tmp_path: Path) -> None:
         load_laws(written(tmp_path, resting, "resting.py"))
 
 
+def test_what_a_law_gives_is_taken_as_plain_numbers(tmp_path: Path) -> None:
+    """Rows, whole numbers, and waves of negative frequency or none, whose peaks were sought in too few places."""
+    cycloidal = "[Piece(0, 1, 0, [0, 1], [(-2 * pi, 0.0, 1 / (2 * pi)), (0, 5, 7)])]"
+    text = f"from math import pi\n{cubic(body=cycloidal, vm=2.0, am=2 * pi, jm='inf')}"
+    text = re.sub(r"claims=Claims.*?\)\)", "claims=LAWS['cycloidal'].claims)", text)
+    load_laws(written(tmp_path, f"from camgeom import LAWS\n{text}"))
+    many = ONE_PIECE.replace("))", "), ((6.28 * 500, 0.0, 0.0),))")  # 499.7 periods
+    load_laws(written(tmp_path, cubic("our-waves", many), "more.py"))
+    at = [0.1, 0.25, 0.7]
+    assert make("our-cubic").jet(at, 3) == pytest.approx(make("cycloidal").jet(at, 3), rel=1e-12)
+
+
 def test_the_decorator_in_a_program_measures_at_once() -> None:
     with pytest.raises(ProfileError, match="am: the claim does not hold"):
         camgeom.law("our-line", source="by hand", claims=camgeom.Claims(1.5, 7.0, float("inf"), 3.4641, 3.4641, 1, 1))(
@@ -191,9 +206,18 @@ def test_the_decorator_in_a_program_measures_at_once() -> None:
         ("if high == 5: return []", "it has no pieces"),
         ("if high == 5: return 7", "TypeError"),
         ("if high == 5: return [7]", "7 is no Piece"),
-        ("if high == 5: return iter(lambda: 7, 8)", "more than 100000 pieces"),
-        ("if high == 5: return [Piece(0, 1, 0, (0, float('nan')))]", "or one that is none or beyond 1e+30"),
-        ("if high == 5: return [Piece(0, 1, 0, (0, 1e308))]", "or one that is none or beyond 1e+30"),
+        ("if high == 5: return (Piece(0, 1, 0, (0, 1)) for _ in iter(int, 1))", "more than 20000 pieces"),
+        ("if high == 5: return [Piece(0, 1, 0, (0, float('nan')))]", "a number that is none or beyond 1e+30"),
+        ("if high == 5: return [Piece(0, 1, 0, (0, 1e308))]", "a number that is none or beyond 1e+30"),
+        ("if high == 5: return [Piece(0, 1, 0, ())]", "a piece has no number"),
+        ("if high == 5: return [Piece(0, 1, 0, (0, 1, *[0] * 99))]", "more than 100 powers"),
+        ("if high == 5: return [Piece(0, 1, 0, (0, 1), ((3147, 1e-9, 0),))]", "500.861 periods in all"),
+        ("if high == 5: return [Piece(0, 1, 0, (0, 1), ((3.0, 1e-9),))]", "not enough values to unpack"),
+        ("if high == 5: return [Piece(0, 1, 0, (0, 1), (), None)]", "TypeError"),
+        ("if high == 5: return [Piece(0, .5, 0, (0, 1)), Piece(.5, 1, 1, (1, 2))]", "lift jumps between two"),
+        ("if high == 5: raise NotConverged('it rings')", "at high = 5 (it rings)"),
+        ("if high == 5: LAWS['cycloidal'].make({'x': 1})", "at high = 5 (x: the law cycloidal has no parameter"),
+        ("if high == 5: raise Mute", "Mute: its own text fails"),
         ("if high == 5: return [Piece(0, 0.9, 0, (0, 1))]", "do not follow on one another"),
         ("if high == 5: return [Piece(0, 1, 0, (0, 0, 3, -2)), Piece(5, 6, 5, (1,))]", "do not follow on one another"),
         ("if high == 5: raise GeneratorExit", "GeneratorExit"),
@@ -206,8 +230,10 @@ def test_a_law_that_goes_wrong_beyond_its_cases_is_told_as_such(
 ) -> None:
     """It was called a bug of camgeom's, ended a check with 0 and no word, or never."""
     said = ", ".join(f"{key}={value}" for key, value in CLAIMS.items())
+    mute = "class Mute(Exception):\n    def __str__(self): return 1 / 0\n"
     text = (
-        f'{HEAD}@law("our-law", source="by hand", claims=Claims({said}), high=Parameter(3, 3, 9, "power", "integer"))\n'
+        f"{HEAD}from camgeom import LAWS\nfrom camgeom.errors import NotConverged\n{mute}"
+        f'@law("our-law", source="by hand", claims=Claims({said}), high=Parameter(3, 3, 9, "power", "integer"))\n'
         f'def f(high):\n    """A cubic."""\n    {body}\n    return {ONE_PIECE}\n'
     )
     file, good, bad = written(tmp_path, text), tmp_path / "good.toml", tmp_path / "bad.toml"

@@ -372,21 +372,21 @@ def test_the_time_of_a_solver_is_that_of_all_its_states(count: int, shared: bool
 
 @pytest.mark.parametrize(("states", "angles"), [(8, 0), (4, 1), (16, 1)])
 def test_what_followers_follow_in_all_states_has_a_bound_in_common(states: int, angles: int) -> None:
-    """Segments and rows of forces, 40 000 at most: a row more of the table is too many. With 4 901 rows and 256 of them
-    a check did not end in 150 s."""
+    """Pieces of motions and rows of forces, 40 000 at most: a row more of the table is too many. With 4 901 rows and
+    256 of them a check did not end in 150 s."""
     text = of_states("disc_offset_roller", states, 100.0, 1.0, *(90.0 for _ in range(angles)))
     head, _, rest = text.partition("[[operation.force]]")
     assert rest
     rest = rest[rest.index("[material") :]
-    segments = text.count("[[motion]]")
-    most = (40_000 // (states * (1 + angles))) - segments
+    pieces = len(parse(text).setup().program.knots) - 1
+    most = (40_000 // (states * (1 + angles))) - pieces
     for count, refused in ((most, False), (most + 1, True)):
         table = [[360.0 * k / count, 100.0] for k in range(count)]
         force = f"[[operation.force]]\ntable = {table}\n"
         if not refused:
             assert len(parse(head + force + rest).duty) == states
             continue
-        with pytest.raises(ProfileError, match=r"duty: too many segments .* \(found 40\d{3}\); allowed: at most 40000"):
+        with pytest.raises(ProfileError, match=r"duty: too many pieces .* \(found 40\d{3}\); allowed: at most 40000"):
             parse(head + force + rest)
 
 
@@ -401,7 +401,7 @@ def test_what_a_turret_follows_counts_seven_times(states: int, refused: bool) ->
     if not refused:
         assert len(from_data(data).duty) == states
         return
-    with pytest.raises(ProfileError, match=r"duty: too many segments .* allowed: at most 5714"):
+    with pytest.raises(ProfileError, match=r"duty: too many pieces .* allowed: at most 5714"):
         from_data(data)
 
 
@@ -413,5 +413,5 @@ def test_what_several_tracks_follow_is_told_of_the_tracks() -> None:
     (track,) = data["track"]
     assert len(from_data(data).tracks) == 1
     many = tuple({**track, "angle": 60.0 * k} for k in range(1, 5))
-    with pytest.raises(ProfileError, match=r"track: too many segments .* allowed: at most 40000"):
+    with pytest.raises(ProfileError, match=r"track: too many pieces .* allowed: at most 40000"):
         from_data({**data, "track": many})
