@@ -72,7 +72,8 @@ def yield_tolerance(model: Model) -> Iterable[Finding]:
             for key, over in one.each_ratio(one.drawn).items()]  # fmt: skip
     least, key, follower = min(each, key=lambda row: row[0])
     nominal = follower.nominal_over(key)
-    advice = f"{key} alone is kept by {100.0 * least:.6g} %: " + (
+    whose = f" of follower {follower.number + 1}" if several else ""
+    advice = f"alone, {key}{whose} is kept by {100.0 * least:.6g} %: " + (
         f"the design has {nominal} without any error: another design, or another limit" if nominal
         else "tighten the tolerances, or take what `camgeom tolerance` gives as the widest"
     )
