@@ -15,6 +15,9 @@ from camgeom.motion.table import Piece
 
 MOST_PIECES, MOST_TERMS, MOST_PERIODS, MOST_SIZE = 20_000, 100, 500, 1e30
 """of what a law from outside gives: pieces, powers and waves of each, periods in all, magnitude of the numbers"""
+MEASURED, KEPT, SMALL, ROUNDING = 3, 1e-6, 1e-3, 1e-14
+"""a piece that says it keeps derivatives of the one before is believed but for the lowest ones, of which it may miss
+a share, and more where rounding of short pieces explains it, up to the second share"""
 APART = 1e-12
 """share of the travel by which its pieces may fail to meet"""
 TRUE_TO = 5e-4
@@ -69,13 +72,24 @@ def _refuse_unsound(pieces: Sequence[Piece]) -> None:
         raise ValueError("its pieces do not follow on one another from x = 0 to x = 1")
     if turns > MOST_PERIODS:
         raise ValueError(f"its waves have {turns:.6g} periods in all, more than {MOST_PERIODS}")
-    steps = [abs(after.value(after.start) - before.value(before.end)) for before, after in pairwise(pieces)]
-    if max(steps, default=0.0) > JOINED * max(map(_size, pieces)):
+    pairs = list(pairwise(pieces))
+    lift = max(1.0, *(abs(piece.value(x)) for piece in pieces for x in (piece.start, piece.end)))
+    if any(_step(before, after, 0) > JOINED * lift for before, after in pairs):
         raise ValueError("its lift jumps between two pieces")
+    for order in range(1, 1 + min(MEASURED, max(piece.kept for piece in pieces))):
+        most = max(abs(piece.value(x, order)) for piece in pieces for x in (piece.start, piece.end))
+        for before, after in pairs:
+            rounding = ROUNDING * lift * math.factorial(order) / min(_width(before), _width(after)) ** order
+            if order <= after.kept and _step(before, after, order) > min(SMALL * most, KEPT * most + rounding):
+                raise ValueError(f"derivative {order} jumps at {after.start:.6g}, where a piece says that it is kept")
 
 
-def _size(piece: Piece) -> float:
-    return max(1.0, *(abs(piece.value(x)) for x in (piece.start, piece.end)))
+def _step(before: Piece, after: Piece, order: int) -> float:
+    return abs(after.value(after.start, order) - before.value(before.end, order))
+
+
+def _width(piece: Piece) -> float:
+    return piece.end - piece.start
 
 
 def refuse_unkept(entry: LawEntry) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
-from math import pi
+from math import pi, sin
 from pathlib import Path
 
 import pytest
@@ -17,7 +17,8 @@ from camgeom.design.study import Study, axis
 from camgeom.errors import ProfileError
 from camgeom.model import Model
 from camgeom.motion import LAWS, Program, Segment, make
-from camgeom.motion.claims import TRUE_TO
+from camgeom.motion.claims import TRUE_TO, guarded
+from camgeom.motion.law import Ends, finish
 from camgeom.motion.own import load_laws, loaded_files
 from camgeom.profile import read_data
 from tests.places import PROFILES, ROOT
@@ -188,6 +189,37 @@ def test_what_a_law_gives_is_taken_as_plain_numbers(tmp_path: Path) -> None:
     load_laws(written(tmp_path, cubic("our-waves", many), "more.py"))
     at = [0.1, 0.25, 0.7]
     assert make("our-cubic").jet(at, 3) == pytest.approx(make("cycloidal").jet(at, 3), rel=1e-12)
+
+
+def kept(jump: float, order: int) -> str:
+    """Two halves that meet with speeds of 1.5 and 1.5 + jump; the second says how many derivatives are kept."""
+    second = f"(.5, {1.5 + jump!r}, {-4.0 * jump!r}, {-2.0 + 4.0 * jump!r})"
+    return f"[Piece(0., .5, 0., (0., 0., 3., -2.)), Piece(.5, 1., .5, {second}, (), {order})]"
+
+
+@pytest.mark.parametrize(("jump", "order", "refused"), [(1e-5, 1, True), (1e-5, 0, False), (1e-7, 3, False)])
+def test_what_a_piece_says_of_itself_hides_no_jump(tmp_path: Path, jump: float, order: int, refused: bool) -> None:
+    """A piece that said it keeps nine derivatives made a motion with a jump of the velocity pass."""
+    text = cubic(body=kept(jump, order))
+    if refused:
+        with pytest.raises(ProfileError, match=r"derivative 1 jumps at 0\.5, where a piece says that it is kept"):
+            load_laws(written(tmp_path, text))
+        return
+    if order:
+        load_laws(written(tmp_path, text))
+        return
+    with pytest.raises(ProfileError, match="order_inside: the claim does not hold"):
+        load_laws(written(tmp_path, text))
+
+
+@pytest.mark.parametrize("count", [3, 30, 390])
+@pytest.mark.parametrize("wild", [0.0, 0.4])
+def test_a_spline_keeps_what_it_says(count: int, wild: float) -> None:
+    x = [(k + 1.0) / (count + 1.0) for k in range(count)]
+    points = tuple((at, at + wild * sin(9.0 * at * (k % 3))) for k, at in enumerate(x))
+    for order in (1, 2, 3):
+        pieces = LAWS["spline"].factory(Ends(), points, order)
+        assert [piece.kept for piece in guarded("own", lambda given=pieces: given)] == [p.kept for p in finish(pieces)]
 
 
 def test_the_decorator_in_a_program_measures_at_once() -> None:
