@@ -39,6 +39,8 @@ COMPLETE, REPLACING = "complete", "being replaced"
 _TOLD, _TOLD_OF_EACH = {"name", "command", "version", "design"}, {"name", "version", "design", "sha256"}
 """what every manifest of ours says: of its run, or in `previous/`, where files are of several, of each file"""
 _STAGED = re.compile(r"\.camgeom-[0-9a-f]{16}\.part")
+_LONGEST = 100
+"""letters of the name of a folder of earlier files"""
 _MOST = 10_000_000
 """bytes of a manifest that is read"""
 _BLOCK = 1 << 20
@@ -58,7 +60,6 @@ class RunFolder:
         self.staged = folder / f".camgeom-{secrets.token_hex(8)}.part"
         self._lock: int | None = None
         self._made: list[Path] = []
-        self._begun = False
 
     def __enter__(self) -> RunFolder:
         try:
@@ -85,6 +86,12 @@ class RunFolder:
             with suppress(OSError, ExportError), _alone(self.folder):
                 self._carry_through(read_manifest(self.folder, self.manifest), self.manifest)
         self._leave()
+
+    @property
+    def _begun(self) -> bool:
+        """Whether the manifest says that the files of this run are being renamed. It tells: a signal may come at any
+        moment after it was written."""
+        return read_manifest(self.folder, self.manifest).get("staged") == self.staged.name
 
     def _leave(self) -> None:
         if not self._begun:
@@ -139,8 +146,7 @@ class RunFolder:
                 journal = {"staged": self.staged.name, "aside": aside, "earlier": earlier}
                 manifest = {"state": REPLACING, **about, "design": design, "files": files, **journal}
                 _replace_json(self.folder, manifest, own)
-                self._begun = True
-                self._carry_through(manifest, own)
+                self._carry_through(manifest, own, fresh=True)
         except OSError as error:
             raise export_error(self.folder, error) from error
         return [name for name, _ in aside]
@@ -154,29 +160,42 @@ class RunFolder:
         file elsewhere, perhaps of another run."""
         return [(name, place) for name in sorted(names) if os.path.lexists(self.folder / name)]
 
-    def _carry_through(self, manifest: dict[str, Any], own: str) -> None:
-        """Move and rename what a manifest, by its name, in the state "being replaced" still has to; else nothing."""
+    def _carry_through(self, manifest: dict[str, Any], own: str, fresh: bool = False) -> None:
+        """Move and rename what a manifest, by its name, in the state "being replaced" still has to; else nothing.
+
+        fresh: all of it has just been written, by this run
+        """
         if manifest.get("state") != REPLACING:
             return
-        staged, new = self.folder / manifest["staged"], {entry["file"] for entry in manifest["files"]}
+        staged, new = self.folder / manifest["staged"], {entry["file"]: entry for entry in manifest["files"]}
         known = {entry["file"]: entry for entry in manifest["earlier"].get("files", [])}
+        told = {key: manifest["earlier"].get(key) for key in ("name", "version", "design")}
+
+        def away(name: str, place: str) -> None:
+            # What was free when the manifest was written need not be so now.
+            folder = self.folder
+            for part in place.split("/"):
+                folder /= _taking(folder, part)
+            ours = name in known and _same(self.folder / name, known[name])
+            _move(self.folder / name, folder, {**told, **known[name]} if ours else None)
+
         for name, place in manifest["aside"]:
-            # What has been renamed into its place already is the new one.
-            if name != own and (name not in new or (staged / name).exists()):
-                told = {key: manifest["earlier"].get(key) for key in ("name", "version", "design")}
-                ours = name in known and _same(self.folder / name, known[name])
-                _move(self.folder / name, self.folder / place, {**known[name], **told} if ours else None)
+            # What has been renamed into its place already is the new one; what was changed since is the user's.
+            standing = name in new and (staged / name).exists()
+            if name != own and (standing or (name not in new and _same(self.folder / name, known.get(name, {})))):
+                away(name, place)
         for name in new:
             if (staged / name).exists():
                 # Since the run that began this was stopped somebody may have put a file of his own there.
                 if os.path.lexists(self.folder / name) and not _same(self.folder / name, known.get(name, {})):
-                    _move(self.folder / name, self.folder / _taking(self.folder, PREVIOUS), None)
+                    away(name, PREVIOUS)
                 _place(staged / name, self.folder / name)
+            elif name in known and known[name] != new[name] and _same(self.folder / name, known[name]):
+                away(name, PREVIOUS)  # the new one is lost: nobody shall take this one for it
         _sync(self.folder)
-        files = [entry for entry in manifest["files"] if (self.folder / entry["file"]).exists()]
+        files = [entry for entry in manifest["files"] if fresh or _same(self.folder / entry["file"], entry)]
         done = {key: value for key, value in manifest.items() if key not in ("staged", "aside", "earlier")}
         _replace_json(self.folder, {**done, "state": COMPLETE, "files": files}, own)
-        self._begun = False
 
     def _clear(self) -> None:
         """Carry through what a killed run had begun, and drop what dead runs left behind."""
@@ -210,7 +229,10 @@ def read_manifest(folder: Path, manifest: str = MANIFEST) -> dict[str, Any]:
         json.dumps(data, allow_nan=False, ensure_ascii=False).encode()  # what cannot be written again is none
         names = [entry["file"] for entry in (*data["files"], *data.get("earlier", {}).get("files", ()))]
         names += [name for word, place in data.get("aside", ()) for name in (word, *place.split("/"))]
-        names += [data.get("stem", "cam"), data.get("staged", "cam")]
+        names += [stem := data.get("stem", "cam"), data.get("staged", "cam")]
+        values = [value for entry in data["files"] for value in entry.values()]
+        if len(stem) > _LONGEST or not all(isinstance(value, str | int) for value in values):
+            return {}
         # Names only: a manifest that somebody changed must not reach outside the folder.
         plain = not any(name in ("", ".", "..") or re.search(r"[/\\\x00]", name) for name in names)
         begun = data["state"] == REPLACING and {"aside", "earlier"} <= set(data) and _STAGED.fullmatch(data["staged"])
@@ -249,7 +271,8 @@ def _taking(folder: Path, name: str) -> str:
     number, found = 0, name
     while os.path.lexists(place := folder / found):
         real = place.is_dir() and os.access(place, os.W_OK | os.X_OK)
-        if real and place.stat().st_dev == folder.stat().st_dev:
+        run = "command" in read_manifest(place)  # whose own folder that is
+        if real and not run and place.stat().st_dev == folder.stat().st_dev:
             break
         number += 1
         found = f"{name}.{number}"

@@ -47,6 +47,8 @@ class Catalogue(Mapping[str, LawEntry]):
         return len(list(iter(self)))
 
 
+SEGMENT_KEYS = frozenset({"until", "to", "law", "velocity", "acceleration", "jerk"})
+"""of every segment of a profile's motion"""
 LAWS = Catalogue()
 """Every motion law by name."""
 
@@ -68,8 +70,11 @@ def law(
     at other parameters. A segment of a profile has to give one of the parameters that `data` names; a joining law that
     does not answer linearly to its ends names the law that `stand_in`s for it. The first line of
     the docstring is the summary that the list of laws shows. Raises ValueError where the name is taken; of a law from
-    outside the package the claims are measured at once, and ProfileError says which does not hold.
+    outside the package the claims are measured at once, and ProfileError says which does not hold. A parameter cannot
+    have the name of a key that every segment has (ValueError).
     """
+    if taken := SEGMENT_KEYS.intersection(parameters):
+        raise ValueError(f"a parameter cannot be called {min(taken)!r}: every segment has a key of that name")
 
     def enter(factory: Factory) -> Factory:
         summary = next(iter((factory.__doc__ or "").strip().splitlines()), name)

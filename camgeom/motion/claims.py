@@ -13,8 +13,8 @@ from camgeom.maths import TURN
 from camgeom.motion.law import Claims, Ends, Factory, LawEntry, ParamValue, finish
 from camgeom.motion.table import Piece
 
-MOST_PIECES, MOST_TERMS, MOST_PERIODS, MOST_SIZE = 20_000, 100, 500, 1e30
-"""of what a law from outside gives: pieces, powers and waves of each, periods in all, magnitude of the numbers"""
+MOST_PIECES, MOST_TERMS, MOST_IN_ALL, MOST_PERIODS, MOST_SIZE = 20_000, 100, 100_000, 500, 1e30
+"""of what a law from outside gives: pieces, powers and waves of each and of all, periods in all, size of the numbers"""
 MEASURED, KEPT, SMALL, ROUNDING = 3, 1e-6, 1e-3, 1e-14
 """a piece that says it keeps derivatives of the one before is believed but for the lowest ones, of which it may miss
 a share, and more where rounding of short pieces explains it, up to the second share"""
@@ -47,21 +47,28 @@ def _sound(piece: Piece) -> Piece:
     """The same piece of plain numbers, its waves of positive frequencies; raises ValueError where there is none."""
     if not isinstance(piece, Piece):
         raise ValueError(f"{piece!r:.60} is no Piece")
-    waves = [(abs(w), a, b if w > 0.0 else -b) for w, a, b in piece.waves if w != 0.0]
-    numbers = [piece.start, piece.end, piece.anchor, *piece.power, *(x for wave in waves for x in wave)]
-    if not 0 < len(piece.power) <= MOST_TERMS or len(waves) > MOST_TERMS:
+    power = [_number(x) for x in islice(piece.power, MOST_TERMS + 1)]
+    rows = [[_number(x) for x in wave] for wave in islice(piece.waves, MOST_TERMS + 1)]
+    if not power or max(len(power), len(rows)) > MOST_TERMS:
         raise ValueError(f"a piece has no number, or more than {MOST_TERMS} powers or waves")
-    if not all(isinstance(x, Real) and abs(x) <= MOST_SIZE for x in numbers):
+    waves = [(abs(w), a, b if w > 0.0 else -b) for w, a, b in rows if w != 0.0]
+    start, end, anchor = map(_number, (piece.start, piece.end, piece.anchor))
+    return Piece(start, end, anchor, tuple(power), tuple(waves), index(piece.kept))
+
+
+def _number(given: object) -> float:
+    number = float(given) if isinstance(given, Real) else math.nan
+    if not abs(number) <= MOST_SIZE:
         raise ValueError(f"a piece has a number that is none or beyond {MOST_SIZE:g}")
-    low, high, anchor, *power = map(float, numbers[: 3 + len(piece.power)])
-    return Piece(low, high, anchor, tuple(power), tuple((float(w), float(a), float(b)) for w, a, b in waves),
-                 index(piece.kept))  # fmt: skip
+    return number
 
 
 def _refuse_unsound(pieces: Sequence[Piece]) -> None:
     """Raise ValueError where they are not pieces from 0 to 1 of one motion that can be computed with."""
     if not 0 < len(pieces) <= MOST_PIECES:
         raise ValueError("it has no pieces" if not pieces else f"it has more than {MOST_PIECES} pieces")
+    if (terms := sum(len(piece.power) + len(piece.waves) for piece in pieces)) > MOST_IN_ALL:
+        raise ValueError(f"its pieces have {terms} powers and waves in all, more than {MOST_IN_ALL}")
     place, turns = 0.0, 0.0
     for piece in pieces:
         if abs(piece.start - place) > APART or not piece.end > piece.start:

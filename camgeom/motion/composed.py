@@ -43,6 +43,9 @@ def composed(path: Program, drive: Program) -> Program:
     The path is never run beyond its ends. Raises NotConverged where the series need stretches too short.
     """
     edges = _edges(path, drive)
+    if len(edges) > MOST_AT_ONCE + 1:
+        raise NotConverged(f"the motion has {len(edges) - 1} pieces over the drive, more than the {MOST_AT_ONCE} that "
+                           "are put together; fewer segments, or pieces of their laws")  # fmt: skip
     spans = _spans(path, drive, edges)
     # Against it what is left out counts, too, where a motion comes to rest.
     size = max(abs(lift) for span in path.spans for lift in (span.before, span.after))

@@ -18,7 +18,7 @@ from pydantic import Field, PrivateAttr, SerializeAsAny, model_validator
 from pydantic_core import CoreSchema, core_schema
 
 from camgeom.cams import Cam
-from camgeom.errors import DesignError, Problem, ProfileError
+from camgeom.errors import DesignError, NotConverged, Problem, ProfileError
 from camgeom.keys import Section
 from camgeom.profile.idle import idle_problems, idle_way
 from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of
@@ -295,9 +295,12 @@ class Profile(Section):
             raise ProfileError(problems, self.source)
         program = program_of(self.motion, follower, span, _folder_name(self.source), travel, self._beside)
         corner = self.cutter_spec.corner_radius if self.cutter_spec is not None else 0.0
-        carriage = self.cam.carriage(program)
-        if carriage is not None:
-            program = carriage.program
+        try:
+            carriage = self.cam.carriage(program)
+            if carriage is not None:
+                program = carriage.program
+        except NotConverged as error:
+            raise ProfileError([Problem("motion", str(error))], self.source) from None
         return Setup(follower, self.roller, program, corner, self.return_roller, carriage)
 
 

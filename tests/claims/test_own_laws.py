@@ -222,6 +222,30 @@ def test_a_spline_keeps_what_it_says(count: int, wild: float) -> None:
         assert [piece.kept for piece in guarded("own", lambda given=pieces: given)] == [p.kept for p in finish(pieces)]
 
 
+def test_a_parameter_has_no_name_that_every_segment_has(tmp_path: Path) -> None:
+    """It could not be given: the lift of the segment was set instead, without a word."""
+    from camgeom.motion.catalogue import SEGMENT_KEYS
+    from camgeom.profile.errors import keys_of
+    from camgeom.profile.sections import MotionSegment
+
+    assert set(keys_of(MotionSegment)) == SEGMENT_KEYS
+    text = cubic().replace("source=", "to=Parameter(3, 1, 5, 'power'), source=").replace("f()", "f(to)")
+    with pytest.raises(ProfileError, match="a parameter cannot be called 'to'"):
+        load_laws(written(tmp_path, text))
+
+
+def test_a_linear_cam_says_how_many_pieces_are_too_many(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It said that the motion has no series, without a result."""
+    body = "[Piece(k / n, (k + 1) / n, 0, (0, 0, 3, -2)) for n in [12000 if many else 1] for k in range(n)]"
+    text = cubic(body=body).replace("f()", "f(many)")
+    text = text.replace("source=", "many=Parameter(0, 0, 1, 'x', 'integer'), source=")
+    file, profile = written(tmp_path, text), tmp_path / "p.toml"
+    plate = (PROFILES / "linear_edge.toml").read_text(encoding="utf-8")
+    profile.write_text(re.sub(r'law = "[^"]*"', 'law = "our-cubic"\nmany = 1', plate, count=1), encoding="utf-8")
+    assert main(["check", str(profile), "--laws", file]) == 2
+    assert "pieces over the drive, more than the 20000 that are put together" in capsys.readouterr().err
+
+
 def test_the_decorator_in_a_program_measures_at_once() -> None:
     with pytest.raises(ProfileError, match="am: the claim does not hold"):
         camgeom.law("our-line", source="by hand", claims=camgeom.Claims(1.5, 7.0, float("inf"), 3.4641, 3.4641, 1, 1))(
@@ -242,6 +266,9 @@ def test_the_decorator_in_a_program_measures_at_once() -> None:
         ("if high == 5: return [Piece(0, 1, 0, (0, float('nan')))]", "a number that is none or beyond 1e+30"),
         ("if high == 5: return [Piece(0, 1, 0, (0, 1e308))]", "a number that is none or beyond 1e+30"),
         ("if high == 5: return [Piece(0, 1, 0, ())]", "a piece has no number"),
+        ("if high == 5: return [Piece(0, 1, 0, iter(int, 1))]", "more than 100 powers"),
+        ("if high == 5: return [Piece(k / 2000, (k + 1) / 2000, 0, (0, 1, *[0] * 49)) for k in range(2000)]",
+         "its pieces have 102000 powers and waves in all, more than 100000"),
         ("if high == 5: return [Piece(0, 1, 0, (0, 1, *[0] * 99))]", "more than 100 powers"),
         ("if high == 5: return [Piece(0, 1, 0, (0, 1), ((3147, 1e-9, 0),))]", "500.861 periods in all"),
         ("if high == 5: return [Piece(0, 1, 0, (0, 1), ((3.0, 1e-9),))]", "not enough values to unpack"),

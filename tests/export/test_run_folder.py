@@ -266,38 +266,113 @@ def test_stopped_between_the_renames(
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".camgeom")]
 
 
-@pytest.mark.parametrize("kind", ["file", "link", "folder"])
-def test_what_the_user_puts_there_between_a_kill_and_the_next_run_stays(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
-) -> None:
-    """The set that was carried through stood on it."""
-    run(tmp_path, {"result.txt": "old result"})
+@pytest.fixture
+def half(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder of one run, in which another one was killed when its manifest was written and nothing was renamed."""
+    run(tmp_path, {"result.txt": "old result", "left.txt": "old left"})
 
-    def dying(made: Path, final: Path) -> None:
-        raise Killed
+    through = rooms.RunFolder._carry_through
+
+    def dying(self: RunFolder, manifest: dict[str, Any], own: str, fresh: bool = False) -> None:
+        if fresh:
+            raise Killed
+        through(self, manifest, own)
 
     with monkeypatch.context() as patched:
-        patched.setattr(rooms, "_place", dying)
+        patched.setattr(rooms.RunFolder, "_carry_through", dying)
         patched.setattr(rooms.RunFolder, "__exit__", lambda self, *rest: os.close(self._lock))
         with pytest.raises(Killed):
             run(tmp_path, FILES, design="b")
+    assert read_manifest(tmp_path)["state"] == "being replaced"
+    return tmp_path
+
+
+@pytest.mark.parametrize("kind", ["file", "link", "folder"])
+def test_what_the_user_puts_there_between_a_kill_and_the_next_run_stays(half: Path, kind: str) -> None:
+    """The set that was carried through stood on it."""
     if kind == "link":
-        (tmp_path / "three.txt").symlink_to("elsewhere")
+        (half / "three.txt").symlink_to("elsewhere")
     elif kind == "folder":
-        (tmp_path / "three.txt").mkdir()
+        (half / "three.txt").mkdir()
     else:
-        (tmp_path / "three.txt").write_text("mine")
-        (tmp_path / "result.txt").write_text("mine too")
-    with RunFolder(tmp_path, STUDY):
+        (half / "three.txt").write_text("mine")
+        (half / "result.txt").write_text("mine too")
+        (half / "left.txt").write_text("mine as well")
+    with RunFolder(half, STUDY):
         pass
-    assert set(told(tmp_path)) == set(FILES)
-    assert {name: (tmp_path / name).read_text() for name in FILES} == FILES
+    assert set(told(half)) == set(FILES)
+    assert {name: (half / name).read_text() for name in FILES} == FILES
     if kind == "file":
-        assert (tmp_path / "previous/three.txt").read_text() == "mine"
-        assert (tmp_path / "previous/result.txt").read_text() == "mine too"
+        assert (half / "previous/three.txt").read_text() == "mine"
+        assert (half / "previous/result.txt").read_text() == "mine too"
+        assert (half / "left.txt").read_text() == "mine as well"  # nothing of the new run stands there
     else:
-        assert os.path.lexists(tmp_path / "previous/three.txt")
-        assert not os.path.lexists(tmp_path / "previous/result.txt")  # ours, as it was: replaced
+        assert os.path.lexists(half / "previous/three.txt")
+        assert not os.path.lexists(half / "previous/result.txt")  # ours, as it was: replaced
+        assert (half / "previous/left.txt").read_text() == "old left"
+
+
+def test_what_stands_in_the_way_of_earlier_files_by_then_stops_nothing(half: Path) -> None:
+    """No run into the folder was possible any more."""
+    (half / "previous").write_text("mine")
+    run(half, FILES, design="c")
+    assert set(told(half)) == set(FILES)
+    assert (half / "previous").read_text() == "mine"
+    assert set(told(half / "previous.1")) == {"left.txt"}
+
+
+def test_a_set_whose_files_are_gone_is_not_said_to_be_whole(half: Path) -> None:
+    """The result of the earlier run was told to be that of the new one."""
+    (staged,) = half.glob(".camgeom-*.part")
+    for made in staged.iterdir():
+        made.unlink()
+    staged.rmdir()
+    (half / "one.txt").write_text("mine")
+    with RunFolder(half, STUDY):
+        pass
+    assert told(half) == {}
+    assert (half / "one.txt").read_text() == "mine"
+    assert set(told(half / "previous")) == {"left.txt", "result.txt"}
+    assert (half / "previous/result.txt").read_text() == "old result"
+
+
+@pytest.mark.parametrize("moment", range(8))
+def test_a_signal_at_any_write_leaves_a_whole_set(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: int) -> None:
+    """One right after the manifest was written took the new files away, which it named."""
+    run(tmp_path, {"result.txt": "old", "left.txt": "old"})
+    count, sync = [0], rooms._sync
+
+    def signalled(folder: Path) -> None:
+        sync(folder)
+        count[0] += 1
+        if count[0] == moment:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(rooms, "_sync", signalled)
+        try:
+            run(tmp_path, FILES, design="b", name="cam two", stem="cam-two")
+        except KeyboardInterrupt:
+            assert moment
+    new = (tmp_path / "one.txt").exists()
+    assert set(told(tmp_path)) == (set(FILES) if new else {"result.txt", "left.txt"})
+    assert not list(tmp_path.glob(".camgeom*"))
+
+
+def test_a_folder_of_earlier_files_that_is_a_run_s_own_is_left_alone(tmp_path: Path) -> None:
+    """Its manifest became one of several runs, and then nobody's."""
+    run(tmp_path / "previous", {"cam.stl": "of another"}, name="cam two", stem="cam-two")
+    before = (tmp_path / "previous/manifest.json").read_bytes()
+    for design in "abc":
+        run(tmp_path, {f"{design}.stl": design}, design=design)
+    assert (tmp_path / "previous/manifest.json").read_bytes() == before
+    assert set(told(tmp_path / "previous.1")) == {"a.stl", "b.stl"}
+    # And a run into the folder of earlier files keeps what is known of each.
+    run(tmp_path / "previous.1", {"new.stl": "new"}, name="cam three", stem="cam-three")
+    inside = told(tmp_path / "previous.1/previous/cam")
+    assert {name: (one["name"], one["design"]) for name, one in inside.items()} == {
+        "a.stl": ("cam one", "a"), "b.stl": ("cam one", "b"),
+    }  # fmt: skip
 
 
 def test_each_command_has_a_set_of_its_own(tmp_path: Path) -> None:
@@ -322,6 +397,8 @@ OURS = '{"name": "a", "command": "run", "version": "1", "design": "d", %s}'
     "manifest",
     [
         "[]", "{", '{"files": [], "state": "complete"}', '{"files": [{"file": "a"}], "state": "complete"}',
+        OURS % '"files": [{"file": "a", "product": ["x"]}], "state": "complete"',
+        OURS % ('"files": [], "state": "complete", "stem": "' + 101 * "x" + '"'),
         OURS % '"files": 3, "state": "complete"', OURS % '"files": [{"file": "../x"}], "state": "complete"',
         OURS % '"files": [], "state": "complete", "stem": ".."', OURS % '"files": ["a"], "state": "complete"',
         OURS % '"files": [{"file": "a"}], "state": "being replaced", "staged": "..", "aside": [], "earlier": {}',
