@@ -36,6 +36,7 @@ class Cam(Section, ABC):
     TRACKS       keys of it that another track on the same body may have of its own; none: it has room for one
     PLACES       those of them that only say where the track lies: how its follower moves does not hang on them
     ROLLERS      tables of rollers that it has, the first one for all that have no table of their own
+    MOST_PIECES  of the motions of all its tracks, which its bodies are made of: what 2 GB and a minute bear
     """
 
     FOLLOWERS: ClassVar[tuple[str, ...]]
@@ -45,6 +46,7 @@ class Cam(Section, ABC):
     TRACKS: ClassVar[tuple[str, ...]] = ()
     PLACES: ClassVar[tuple[str, ...]] = ()
     ROLLERS: ClassVar[tuple[str, ...]] = ("roller",)
+    MOST_PIECES: ClassVar[int] = 10_000
 
     @property
     def travel(self) -> float | None:

@@ -34,6 +34,7 @@ class CylindricalIndex(TurretKeys):
     """A drum -width/2 <= z <= width/2; the turret turns about a line along X through (0, center_distance, 0)."""
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("turret",)
+    MOST_PIECES: ClassVar[int] = 2_200
 
     kind: Literal["cylindrical-index"]
     center_distance: Length = Field(description="mm, cam axis to turret axis")

@@ -50,6 +50,7 @@ class Linear(Cam):
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("translating", "swinging")
     SLIDES: ClassVar[bool] = True
+    MOST_PIECES: ClassVar[int] = 6_500
 
     kind: Literal["linear"]
     stroke: Length = Field(

@@ -29,6 +29,9 @@ A_STATE = 0.05
 """of the loads, contacts and lives of a follower in an operating state; they are always begun (measured 0.04 to 0.1)"""
 A_TURN = 0.4
 """of an ordinary turn of [impact] with its disturbed one, its pressures and lives (measured 0.35)"""
+MOST_TURNS, FEW, DOUBLE = 50, 30, 500
+"""turns of [impact] that are held together, of 33 MB each, pieces of the motion that this holds for, and more of them
+with which a turn has twice as much"""
 AN_END = 1.25
 """of the contact of a roller with stated ends over such a turn"""
 ON_HALF_SPACE, TURRETS = 0.9, 5.5
@@ -68,6 +71,8 @@ class Price:
     each: float
     of: str
     without: str
+    held: int | None = None
+    """of them that memory is spent on"""
 
     @property
     def seconds(self) -> float:
@@ -99,6 +104,11 @@ def afford(body: Body, name: str, part: int = 0) -> None:
             raise NotConverged(
                 f"{price.what} would take about {price.seconds:.3g} s of one core beside {others}, more than the "
                 f"{SPENT:g} s that are spent on a design: {price.less(left)}{or_less}"
+            )
+        if asked and price.held is not None and price.count > price.held:
+            raise NotConverged(
+                f"{price.what} would take more than the 2 GB that are spent on a design: at most {max(price.held, 1)} "
+                f"{price.of}, or {price.without}"
             )
         if asked:
             return
@@ -204,7 +214,9 @@ def _poses(duty: RollerDuty) -> int:
 def _impacts(first: Model) -> Price:
     turns = [spec.turns for run in first.runs if (spec := run.profile.impact_spec) is not None]
     what = f"impacts of {len(turns)} followers and operating states that differ, {max(turns, default=0)} turns each,"
-    return Price(what, sum(turns), A_TURN, "turns together", "fewer of impact.turns")
+    more = max(0, max((run.profile._pieces for run in first.runs), default=0) - FEW)
+    held = int(MOST_TURNS / (1.0 + more / DOUBLE))
+    return Price(what, sum(turns), A_TURN, "turns together", "fewer of impact.turns", held)
 
 
 def _ends(first: Model) -> Price:

@@ -386,6 +386,9 @@ def from_data(
         named = next(key for key in ("duty", "track", "station", "motion") if getattr(profile, key))
         raise ProfileError([Problem(named, what, followed, f"at most {rows}")], file)
     others = [track.whole for track in profile.tracks]
+    if (pieces := sum(one._pieces for one in (profile, *others))) > profile.cam.MOST_PIECES:
+        what = "too many pieces of motions for this kind of cam" + (", of all tracks" if others else "")
+        raise ProfileError([Problem("motion", what, pieces, f"at most {profile.cam.MOST_PIECES}")], file)
     rollers = [one.roller for one in (profile, *others)]
     if found := profile.cam.together([one.cam for one in others], rollers) or idle_way(profile):
         raise ProfileError(found, file)

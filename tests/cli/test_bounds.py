@@ -415,3 +415,34 @@ def test_what_several_tracks_follow_is_told_of_the_tracks() -> None:
     many = tuple({**track, "angle": 60.0 * k} for k in range(1, 5))
     with pytest.raises(ProfileError, match=r"track: too many pieces .* allowed: at most 40000"):
         from_data({**data, "track": many})
+
+
+@pytest.mark.parametrize(
+    ("name", "most"), [("fine_indexer", 2_200), ("parallel_index", 1_500), ("linear_groove", 6_500)]
+)
+@pytest.mark.parametrize("more", [0, 1])
+def test_a_motion_has_no_more_pieces_than_its_cam_is_made_of(
+    name: str, most: int, more: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A globoid of 2 000 segments took 3.6 GB, parallel plates of 1 500 did not end."""
+    data = read_data(PROFILES / f"{name}.toml")
+    profile = from_data(data)
+    assert most == profile.cam.MOST_PIECES
+    monkeypatch.setattr(type(profile.cam), "MOST_PIECES", profile._pieces - more)
+    if not more:
+        assert from_data(data) == profile
+        return
+    with pytest.raises(ProfileError, match=rf"motion: too many pieces .* \(found {profile._pieces}\); allowed"):
+        from_data(data)
+
+
+def test_pieces_of_all_tracks_count_together() -> None:
+    data = read_data(PROFILES / "two_groove_drum.toml")
+    (track,) = data["track"]
+    law = {"law": "cycloidal"}
+    motion = tuple({"until": 360.0 * (k + 1) / 2400, "to": 0.001 * (k % 2 == 0), **law} for k in range(2400))
+    shared = {**data, "motion": motion, "track": ({"angle": 180.0},) if "motion" not in track else (track,)}
+    assert from_data({**shared, "track": ({"angle": 180.0},)})._pieces == 2400
+    many = tuple({"angle": 60.0 * k} for k in range(1, 5))
+    with pytest.raises(ProfileError, match=r"motion: too many pieces .*, of all tracks \(found 12000\).*at most 10000"):
+        from_data({**shared, "track": many})

@@ -214,10 +214,11 @@ def test_many_runs_have_one_purse_of_steps(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 @pytest.mark.parametrize(
-    ("states", "turns", "refused"), [(55, 2, False), (56, 2, False), (60, 2, True), (2, 62, False), (2, 63, True)]
+    ("states", "turns", "refused"),
+    [(24, 2, ""), (25, 2, ""), (26, 2, "GB"), (60, 2, "s"), (2, 25, ""), (2, 26, "GB"), (2, 62, "GB"), (2, 63, "s")],
 )
 def test_runs_that_would_take_too_long_together_are_refused_before_they_start(
-    states: int, turns: int, refused: bool, monkeypatch: pytest.MonkeyPatch
+    states: int, turns: int, refused: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: list[int] = []
     monkeypatch.setattr("camgeom.dynamics.impact.run.solve", lambda *_, most, **given: asked.append(most))
@@ -225,14 +226,17 @@ def test_runs_that_would_take_too_long_together_are_refused_before_they_start(
     model = running(*given, tables={"impact": IMPACT | {"turns": turns}})
     loads = 0.05 * states
     if refused:
-        would = (f"impacts of {states} followers .* {turns} turns each, would take about {0.4 * states * turns:.3g} s.*"
-                 f"beside {loads:.3g} s of loads, more than the 50 s.*at most {int((50 - loads) / 0.4)} turns together")
+        would = f"impacts of {states} followers .* {turns} turns each, would take "
+        would += ("more than the 2 GB .*at most 50 turns together" if refused == "GB" else
+                  f"about {0.4 * states * turns:.3g} s.*"
+                  f"beside {loads:.3g} s of loads, more than the 50 s.*at most "
+                  f"{int((50 - loads) / 0.4)} turns together")
         with pytest.raises(NotConverged, match=would):
             _ = model.states[0].impact
     else:
         _ = model.states[0].impact
         left = 50.0 - loads - 0.4 * states * turns
-        every = int(1000 * (0.4 * states * turns + max(4.0, left)) / 0.4)
+        every = int(1000 * (0.4 * states * turns + min(max(4.0, left), 24.0)) / 0.4)
         assert asked == [min(2 * every // states, every - (states - 1) * turns * 1000)]
 
 
