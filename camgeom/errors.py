@@ -132,6 +132,8 @@ def told_of(error: BaseException) -> str:
     """An error of somebody else's code in one short line, whatever its own text does."""
     try:
         text = " ".join(str(error).split())[:300]
+    except KeyboardInterrupt:
+        raise
     except BaseException:
         text = "its own text fails"
     return text if text and isinstance(error, ValueError | CamgeomError) else f"{type(error).__name__}: {text}"

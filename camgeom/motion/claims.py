@@ -69,14 +69,11 @@ def _refuse_unsound(pieces: Sequence[Piece]) -> None:
         raise ValueError("it has no pieces" if not pieces else f"it has more than {MOST_PIECES} pieces")
     if (terms := sum(len(piece.power) + len(piece.waves) for piece in pieces)) > MOST_IN_ALL:
         raise ValueError(f"its pieces have {terms} powers and waves in all, more than {MOST_IN_ALL}")
-    place, turns = 0.0, 0.0
-    for piece in pieces:
-        if abs(piece.start - place) > APART or not piece.end > piece.start:
-            raise ValueError("its pieces do not follow on one another from x = 0 to x = 1")
-        place = piece.end
-        turns += max((w for w, *_ in piece.waves), default=0.0) * (piece.end - piece.start) / TURN
-    if abs(place - 1.0) > APART:
+    edges = [0.0, *(piece.end for piece in pieces)]
+    met = all(abs(piece.start - edge) <= APART and piece.end > piece.start for piece, edge in zip(pieces, edges))
+    if not met or abs(edges[-1] - 1.0) > APART:
         raise ValueError("its pieces do not follow on one another from x = 0 to x = 1")
+    turns = sum(max((w for w, *_ in piece.waves), default=0.0) * _width(piece) for piece in pieces) / TURN
     if turns > MOST_PERIODS:
         raise ValueError(f"its waves have {turns:.6g} periods in all, more than {MOST_PERIODS}")
     pairs = list(pairwise(pieces))
