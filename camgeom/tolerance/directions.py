@@ -67,12 +67,12 @@ class Trials:
             for share in [None] if owners is None else [owners == k for k in distinct(owners)]:
                 parts += [(part, share) for part in g]
                 names += [(i, len(parts))] * len(g)
-        taken = COPIES * 16.0 * len(parts) * packed.order.size
-        if taken > MOST_HELD:
+        angle = COPIES * 16.0 * len(parts) * packed.order.shape[1]
+        if (taken := angle * len(packed.order)) > MOST_HELD:
             raise NotConverged(
-                f"errors at {len(packed.order)} cam angles of the turn would take about {1e-9 * taken:.2g} GB, more "
-                f"than the {1e-9 * MOST_HELD:g} GB that are spent on them: fewer segments of the motion, or rows of "
-                "tables of forces"
+                f"errors at {len(packed.order)} cam angles of the turn would take about {1e-6 * taken:.0f} MB, at most "
+                f"{int(MOST_HELD / angle)} are paid for with {1e-6 * MOST_HELD:.0f} MB: fewer segments of the motion, "
+                "or rows of tables of forces"
             )
         errors = np.empty((len(parts), 2, *packed.order.shape))
         for both, (part, share) in zip(errors, parts):

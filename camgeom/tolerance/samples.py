@@ -8,7 +8,7 @@ the errors of its body (of their track's walls) as the first one there has them,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import pi
 from typing import TypeVar, final
@@ -52,6 +52,11 @@ SPENT = 8.0
 times that"""
 STATION = 8e-9
 """s of one core for a machine at a station (measured 5e-9 to 8e-9)"""
+PLACE, A_NUMBER = 7e-4, 2e-5
+"""s of one core before a machine is judged at a place, and more for each number of one (measured 4e-4 to 9e-4 with 18,
+1.5e-3 to 3e-3 with 121)"""
+PRESSED = 1.5e-3
+"""for a cam angle of the turn at which pilots are asked what presses them (measured 1e-3 to 2e-3)"""
 WAVE = 18
 """cam angles of dwells judged in one wave of what turns with the cam, at the first stop"""
 PILOTS = 512
@@ -62,6 +67,8 @@ then tell what 99 % of the machines keep within 0.5 %"""
 EXPLAINED = 16
 """blocks from which the contributions are told, 32 768 machines: a share r² of the variance is then good to its
 standard error 2 r sqrt((1 - r²) / n), at most 0.007"""
+TOLD = 64
+"""places of rest whose outcomes are held at once, 4 MB of four blocks"""
 Judged = TypeVar("Judged")
 Spreads = Mapping[str, tuple[float, float, Distribution]]
 """mean, half width, mm or rad, and distribution of the errors by key"""
@@ -142,6 +149,7 @@ class Machines:
     number    of the follower on the cam, 0 of the first
     kin       the same machines as followers before it have them, by what they share with it
     spent     s of one core that one drawing of them may take
+    least     of them that tell what is asked
     """
 
     table: Sensitivities
@@ -150,6 +158,7 @@ class Machines:
     number: int = 0
     kin: tuple[tuple[Sharing, Machines], ...] = ()
     spent: float = SPENT
+    least: int = 1
 
     @property
     def loaded(self) -> Loaded:
@@ -215,6 +224,12 @@ class Machines:
         MPa²/mm, (q, 1): cam angles at which some machines' is the largest, most of them at the first."""
         if self.table.hard is None:
             return ()
+        count = len(self.table.theta)
+        if PRESSED * count > SPENT:
+            raise NotConverged(
+                f"what presses machines would be asked at {count} cam angles of the turn, at most "
+                f"{int(SPENT / PRESSED)} are paid for: fewer segments of the motion, or rows of tables of forces"
+            )
         pressures = [_pressure(*self._pressed(row, 1)[0], self._pilots) for row in range(len(self.table.theta))]
         return tuple(asked for row in telling(np.array([pressures])) for asked in self._pressed(row, self._stops))
 
@@ -228,9 +243,15 @@ class Machines:
         seated = self.table.seated
         walls, on = seated.walls, np.isfinite(seated.walls.approach[row])
         order = np.r_[np.flatnonzero(on & (walls.lever[row] < 0.0)), np.flatnonzero(on & (walls.lever[row] > 0.0))]
-        one = pressures(seated.contacts, walls.stiffness, self.loaded.roller, self.loaded.cam)[row, order]
+        one = self._per_approach[row, order]
         square = (one * one).astype(SINGLE)[:, None]
         return [(position, square) for position in self._positions(seated, row, stops, False)]
+
+    @cached_property
+    def _per_approach(self) -> Floats:
+        """Pressure of every station per root of its approach, (n, q)."""
+        seated = self.table.seated
+        return pressures(seated.contacts, seated.walls.stiffness, self.loaded.roller, self.loaded.cam)
 
     @cached_property
     def stops(self) -> tuple[int, int]:
@@ -360,16 +381,36 @@ class Machines:
         resting, moving = (STATION * sum(len(one.near) for one in places) for places in (self.resting, self.moving))
         return resting, moving
 
+    @property
+    def _pressing(self) -> float:
+        """s of one core that a machine takes where the pressure is asked."""
+        return STATION * sum(len(position.near) for position, _ in self._hard)
+
+    def _refuse_many(self) -> None:
+        """Raise NotConverged, with the figures, where machines would be judged at more places than are paid for."""
+        theta, dwells, _ = self._angles
+        places, each = len(theta) + (dwells or len(theta)) * (self._stops - 1), PLACE + A_NUMBER * len(self.columns)
+        if places * each > self.spent:
+            stops = f", those of rest at {self._stops} stops each" if self._stops > 1 else ""
+            raise NotConverged(
+                f"machines would be judged at {places} places ({MOVES} cam angles of a move, {len(DWELLS)} and more of "
+                f"a dwell{stops}), more than the {int(self.spent / each)} that are paid for: fewer segments of the "
+                f"motion{self._or_waves}"
+            )
+
     def _refuse_long(self, samples: int, each: float) -> None:
         """Raise NotConverged, with the figures, where so many machines take more than is spent."""
         if samples * each > self.spent:
-            most = int(self.spent / max(each, *self.cost))  # so many may be drawn where they move, too
-            waves = "" if self._waves < 4 else ", or fewer tolerance.flank_waves"
+            most = int(self.spent / max(each, *self.cost, self._pressing))  # so many may be drawn for all that is asked
+            enough = f"at most {most} of tolerance.samples" if most >= self.least else "fewer segments of the motion"
             raise NotConverged(
                 f"{samples} machines would take about {samples * each:.3g} s of one core, more than the "
-                f"{self.spent:.3g} s that are left for one drawing of them: at most {most} of "
-                f"tolerance.samples{waves}"
+                f"{self.spent:.3g} s that are left for one drawing of them: {enough}{self._or_waves}"
             )
+
+    @property
+    def _or_waves(self) -> str:
+        return "" if self._waves < 4 else ", or fewer tolerance.flank_waves"
 
     @property
     def _stops(self) -> int:
@@ -380,8 +421,8 @@ class Machines:
     def drawn(self, samples: int, workers: int = 2) -> Drawn:
         """Figures of so many machines; the same ones whatever the number of workers. Raises NotConverged for too many.
         """
-        self._refuse_long(samples, self.cost[0])
-        self.resting  # noqa: B018  made once, before the workers share it
+        self._refuse_many()
+        self._refuse_long(samples, self.cost[0])  # places are made once, before the workers share them
         dwell, backlash, preload = np.concatenate(self._judged(self._rest, samples, workers), axis=1)
         return Drawn(self, workers, dwell, backlash, preload)
 
@@ -396,7 +437,6 @@ class Machines:
     def moved(self, dwell: Floats, workers: int = 2) -> Floats:
         """Largest deviation of machines, (samples,), of which that in the dwells is known: less is not asked."""
         self._refuse_long(len(dwell), self.cost[1])
-        self.moving  # noqa: B018
 
         def move(block: int, x: Singles) -> Floats:
             return self._move(x, dwell[block * BLOCK :][: x.shape[1]])
@@ -464,7 +504,7 @@ class Machines:
         """Largest pressure of those machines where it is asked, MPa, (samples,); None of no line contact."""
         if self.table.hard is None:
             return None
-        self._refuse_long(samples, STATION * sum(len(position.near) for position, _ in self._hard))
+        self._refuse_long(samples, self._pressing)
         return np.concatenate(self._judged(lambda _, x: self._press(x), samples, workers))
 
     def _press(self, x: Singles) -> Floats:
@@ -537,18 +577,23 @@ class Machines:
 
     def _told(self, _: int, x: Singles) -> Sums:
         """The sums of a block that tell what each error explains of where it rests."""
-        zero: Zero | None = None
-        outcomes: list[Reals] = []
-        for position in self.resting:
-            low, high, _play = self._stand(position, x)
-            if self.relative and zero is None:
-                zero = low, high
-                outcomes += [low - low, high - high]
-            else:
-                outcomes += _since(low, high, zero)
         sizes = [abs(mean) + value or 1.0 for mean, value, _ in (self.spreads[c.cause.key] for c in self.columns)]
         scaled = x[:-1] / np.array(sizes, dtype=SINGLE)[:, None]
-        return sums_of([scaled[error] for error in self._errors], np.array(outcomes, dtype=SINGLE))
+        return sums_of([scaled[error] for error in self._errors], self._outcomes(x))
+
+    def _outcomes(self, x: Singles) -> Iterator[Singles]:
+        """Both ends of where machines (columns, size) may stand at each place of rest, (2 p, size), few at a time."""
+        zero: Zero | None = None
+        for start in range(0, len(self.resting), TOLD):
+            some: list[Reals] = []
+            for position in self.resting[start : start + TOLD]:
+                low, high, _play = self._stand(position, x)
+                if self.relative and zero is None:
+                    zero = low, high
+                    some += [low - low, high - high]
+                else:
+                    some += _since(low, high, zero)
+            yield np.array(some, dtype=SINGLE)
 
     def _move(self, x: Singles, dwell: Floats) -> Floats:
         """Largest deviation of machines (columns, size), (size,), of which that in the dwells is known."""

@@ -46,21 +46,23 @@ class Sums:
     """
 
     gram: tuple[Floats, ...]
-    cross: tuple[Floats, ...]
+    cross: tuple[Singles, ...]
     square: Floats
     free: int
 
 
-def sums_of(errors: Sequence[Singles], outcomes: Singles) -> Sums:
-    """The sums of machines: errors (parts, s) each, outcomes (o, s)."""
-    off = outcomes - outcomes.mean(axis=1, keepdims=True)
+def sums_of(errors: Sequence[Singles], outcomes: Iterable[Singles]) -> Sums:
+    """The sums of machines: errors (parts, s) each, outcomes (o, s) few at a time."""
     found = [functions(x) for x in errors]
     found = [f - f.mean(axis=1, keepdims=True) for f in found]
-    whole = np.concatenate(found) @ off.T
-    cross = np.split(whole.astype(np.float64), np.cumsum([len(f) for f in found])[:-1])
+    every, crossed, squares = np.concatenate(found), list[Singles](), list[Floats]()
+    for some in outcomes:
+        off = some - some.mean(axis=1, keepdims=True)
+        crossed.append(every @ off.T)
+        squares.append(np.einsum("os,os->o", off, off, dtype=np.float64))
+    cross = np.split(np.concatenate(crossed, axis=1), np.cumsum([len(f) for f in found])[:-1])
     wide = [f.astype(np.float64) for f in found]
-    square = np.einsum("os,os->o", off, off, dtype=np.float64)
-    return Sums(tuple(f @ f.T for f in wide), tuple(cross), square, off.shape[1] - 1)
+    return Sums(tuple(f @ f.T for f in wide), tuple(cross), np.concatenate(squares), every.shape[1] - 1)
 
 
 def first_order(blocks: Iterable[Sums], used: npt.NDArray[np.bool_]) -> Floats:
@@ -77,7 +79,7 @@ def first_order(blocks: Iterable[Sums], used: npt.NDArray[np.bool_]) -> Floats:
         if not total > 0.0 or not mine.any():
             continue
         gram = np.sum([one.gram[i] for one in every], axis=0)
-        cross = np.sum([one.cross[i] for one in every], axis=0)[:, mine]
+        cross = np.asarray(np.sum([one.cross[i] for one in every], axis=0, dtype=np.float64))[:, mine]
         value, vector = np.linalg.eigh(gram)
         kept = value > DEPENDENT * value[-1]
         rank = int(kept.sum())

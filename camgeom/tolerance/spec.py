@@ -28,6 +28,8 @@ TILTS = frozenset({"crossing_arcmin", "skew_arcmin", "cam_wobble_arcmin", "turre
 """errors that press the ends of a line of contact"""
 PIVOTED = ("crossing_arcmin", "skew_arcmin", "squareness_arcmin", "cam_yaw_arcmin")
 """errors that turn about axes_pivot"""
+FEWEST = 1000
+"""machines that are drawn at least"""
 RARE = 10.0
 """machines beyond a limit that a share of them is told from"""
 
@@ -179,10 +181,15 @@ class ToleranceSpec(Section):
     wanted_yield: Annotated[float, Field(gt=0.0, lt=1.0)] = Field(
         0.99, alias="yield", description="1, share of the machines that have to keep each limit"
     )
-    samples: Annotated[int, Field(ge=1000, le=20_000_000)] = Field(
+    samples: Annotated[int, Field(ge=FEWEST, le=20_000_000)] = Field(
         100_000, description="1, machines that are drawn; the same ones every time"
     )
     cost: Costs = Field(Costs(), description="weights of the widest tolerances: what it costs to hold each error")
+
+    @property
+    def least_samples(self) -> int:
+        """Machines that tell the wanted yield."""
+        return max(FEWEST, ceil(RARE / (1.0 - self.wanted_yield) * (1.0 - 1e-9)))
 
     def stated(self) -> dict[str, Scatter]:
         """The errors given, by key."""
@@ -256,8 +263,7 @@ class ToleranceSpec(Section):
             elif any(roller.ends.stated or not isinstance(roller, CylinderRoller) for roller in mechanism.rollers):
                 why = "is of straight cylinders that stand level and touch along a line"
                 yield Problem("tolerance.pressure_limit", why, self.pressure_limit)
-        least = ceil(RARE / (1.0 - self.wanted_yield) * (1.0 - 1e-9))
-        if self.samples < least:
+        if self.samples < (least := self.least_samples):
             yield Problem("tolerance.samples", "are too few for this yield", self.samples, f"{least} or more")
         if self.reference == "first-dwell" and not any(span.before == span.after for span in mechanism.program.spans):
             yield Problem("tolerance.reference", "means nothing here: the motion has no dwell", self.reference)

@@ -115,7 +115,8 @@ class ToleranceStudy:
         """Machines whose errors scatter so."""
         relative = self.spec is not None and self.spec.reference == "first-dwell"
         kin = tuple((sharing, one.machines(spreads)) for sharing, one in self.kin)
-        return Machines(self.sensitivities, spreads, relative, self.number, kin, self.spent())
+        least = 1 if self.spec is None else self.spec.least_samples
+        return Machines(self.sensitivities, spreads, relative, self.number, kin, self.spent(), least)
 
     @cached_property
     def drawn(self) -> Drawn:

@@ -55,7 +55,7 @@ def test_what_only_acts_together_is_left_to_neither() -> None:
     """x y of two normal numbers has no part in either alone (Sobol); x + y |z| half of it in x, where z is even."""
     x, y, z = np.random.default_rng(3).standard_normal((3, 1, 40960)).astype(np.float32)
     outcomes = np.concatenate([x * y, x + y * np.abs(z)])
-    each = [first_order([sums_of([x, y, z], outcomes[k : k + 1])], np.ones((3, 1), dtype=bool)) for k in (0, 1)]
+    each = [first_order([sums_of([x, y, z], [outcomes[k : k + 1]])], np.ones((3, 1), dtype=bool)) for k in (0, 1)]
     assert each[0] == pytest.approx([0.0, 0.0, 0.0], abs=0.005)
     # y |z|: E[. | y] = y E|z|, so y alone explains 2/pi of its variance of 1
     assert each[1] == pytest.approx([0.5, 0.5 * 2.0 / pi, 0.0], abs=0.015)
@@ -63,6 +63,6 @@ def test_what_only_acts_together_is_left_to_neither() -> None:
 
 def test_what_an_outcome_does_not_hang_on_explains_nothing_of_it() -> None:
     x, y = np.random.default_rng(4).standard_normal((2, 1, 500)).astype(np.float32)
-    sums = sums_of([x, y], np.concatenate([x, x * 0.0]))
+    sums = sums_of([x, y], [x, x * 0.0])
     assert first_order([sums], np.array([[True, True], [False, False]])) == pytest.approx([1.0, 0.0], abs=1e-5)
-    assert first_order([sums_of([x], 0.0 * x)], np.ones((1, 1), dtype=bool)) == pytest.approx([0.0])
+    assert first_order([sums_of([x], [0.0 * x])], np.ones((1, 1), dtype=bool)) == pytest.approx([0.0])
