@@ -55,8 +55,8 @@ STATION = 8e-9
 PLACE, A_NUMBER = 7e-4, 2e-5
 """s of one core before a machine is judged at a place, and more for each number of one (measured 4e-4 to 9e-4 with 18,
 1.5e-3 to 3e-3 with 121)"""
-PRESSED = 1.5e-3
-"""for a cam angle of the turn at which pilots are asked what presses them (measured 1e-3 to 2e-3)"""
+ASKED = 12_000
+"""cam angles of the turn, at most, at which pilots are asked what presses them (measured 1 to 2 ms each)"""
 WAVE = 18
 """cam angles of dwells judged in one wave of what turns with the cam, at the first stop"""
 PILOTS = 512
@@ -225,10 +225,10 @@ class Machines:
         if self.table.hard is None:
             return ()
         count = len(self.table.theta)
-        if PRESSED * count > SPENT:
+        if count > ASKED:
             raise NotConverged(
-                f"what presses machines would be asked at {count} cam angles of the turn, at most "
-                f"{int(SPENT / PRESSED)} are paid for: fewer segments of the motion, or rows of tables of forces"
+                f"what presses machines would be asked at {count} cam angles of the turn, at most {ASKED} are paid for: "
+                "fewer segments of the motion, or rows of tables of forces"
             )
         pressures = [_pressure(*self._pressed(row, 1)[0], self._pilots) for row in range(len(self.table.theta))]
         return tuple(asked for row in telling(np.array([pressures])) for asked in self._pressed(row, self._stops))

@@ -516,10 +516,10 @@ def test_places_of_many_segments_are_refused_before_any_is_made(paid: float) -> 
 def test_what_presses_is_asked_at_so_many_angles(monkeypatch: pytest.MonkeyPatch) -> None:
     pressed = model("linear_groove").tolerances
     count = len(pressed.sensitivities.theta)
-    monkeypatch.setattr(samples, "PRESSED", 1.001 * samples.SPENT / count)
+    monkeypatch.setattr(samples, "ASKED", count - 1)
     with pytest.raises(NotConverged, match=f"at {count} cam angles of the turn, at most {count - 1} are paid for"):
         _ = pressed.machines(pressed.spreads)._hard
-    monkeypatch.setattr(samples, "PRESSED", 0.999 * samples.SPENT / count)
+    monkeypatch.setattr(samples, "ASKED", count)
     assert pressed.machines(pressed.spreads)._hard
 
 
