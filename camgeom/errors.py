@@ -146,6 +146,20 @@ def starved(error: BaseException) -> bool:
     return thread or library or isinstance(error, MemoryError) or isinstance(error.__cause__, MemoryError)
 
 
+def memory_limits() -> dict[str, int]:
+    """Bytes of memory that this process may have at most, by what a message calls them, where there is a limit."""
+    try:
+        from resource import RLIM_INFINITY, RLIMIT_AS, RLIMIT_DATA, getrlimit
+    except ImportError:
+        return {}
+    kinds = ((RLIMIT_AS, "an address space of {} (ulimit -v)"), (RLIMIT_DATA, "data of {} (ulimit -d)"))
+    found = {what: getrlimit(kind)[0] for kind, what in kinds}
+    return {what.format(f"{limit // 10**6} MB"): limit for what, limit in found.items() if limit != RLIM_INFINITY}
+
+
+NEED_LESS = "fewer segments, states, impact.turns or rows of tables need less"
+
+
 def unmade(error: Exception) -> Unmade:
     """What an exception says about the product that it ended; its reason is one line.
 
@@ -166,7 +180,7 @@ def unmade(error: Exception) -> Unmade:
     if isinstance(cause, CamgeomError):
         return Unmade("failed", text, 1 if isinstance(cause, ExportError) else cause.exit_status)
     if starved(error):
-        return Unmade("failed", "out of memory; a larger output.tolerance, fewer states or rows of tables need less", 3)
+        return Unmade("failed", f"out of memory; a larger output.tolerance, {NEED_LESS}", 3)
     if isinstance(error, ImportError):
         return Unmade("failed", f"a library that it needs cannot be loaded: {text}", 1)
     if isinstance(error, OSError):

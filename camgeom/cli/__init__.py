@@ -18,7 +18,7 @@ from importlib import import_module
 from math import inf, isfinite
 from typing import Any, NoReturn, TextIO
 
-from camgeom.errors import CamgeomError, starved, visible
+from camgeom.errors import NEED_LESS, CamgeomError, memory_limits, starved, visible
 from camgeom.immutable import immutable
 from camgeom.version import __version__
 
@@ -452,8 +452,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _failed(console, f"camgeom: {where}{error.strerror or error}", 3)
     except Exception as error:
         if starved(error):
-            needs = "a larger --tolerance, fewer states or rows of tables need less"
-            return _failed(console, f"camgeom: out of memory; {needs}", 3)
+            return _failed(console, f"camgeom: out of memory; a larger --tolerance, {NEED_LESS}", 3)
         if os.environ.get("CAMGEOM_DEBUG") == "1":
             raise
         reason = " ".join(str(error).split())[:200]
@@ -464,18 +463,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _room() -> None:
     """Load the linear algebra before anything else where the process may not have all memory: where none is left for
     it, its library tries for ever, or ends the process. Raises CamgeomError where the limit is too low."""
-    try:
-        from resource import RLIM_INFINITY, RLIMIT_AS, RLIMIT_DATA, getrlimit
-    except ImportError:
-        return
-    limited = False
-    for kind, what in ((RLIMIT_AS, "an address space of {} (ulimit -v)"), (RLIMIT_DATA, "data of {} (ulimit -d)")):
-        limit = getrlimit(kind)[0]
-        limited |= limit != RLIM_INFINITY
-        if limit != RLIM_INFINITY and limit < LEAST_ROOM:
-            given = what.format(f"{limit // 10**6} MB")
+    limits = memory_limits()
+    for given, limit in limits.items():
+        if limit < LEAST_ROOM:
             raise CamgeomError(f"{given} is too little; at least {LEAST_ROOM // 10**6} MB")
-    if limited:
+    if limits:
         with suppress(ImportError):
             import scipy.linalg  # noqa: F401
 

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.errors import ExportError, not_installed
+from camgeom.errors import ExportError, memory_limits, not_installed
 from camgeom.export import NamedMesh
 from camgeom.export.files import write_whole
 from camgeom.maths import Floats
@@ -100,8 +100,9 @@ def working_painter() -> Painter:
         _started.cache_clear()
         painter = _started(os.getpid())
     if painter is None:
+        within = f" within {' and '.join(limits)}" if (limits := memory_limits()) else ""
         raise ExportError(
-            "no picture can be drawn: no OpenGL library works here; on Debian or Ubuntu, as root: "
+            f"no picture can be drawn: no OpenGL library works here{within}; on Debian or Ubuntu, as root: "
             "apt-get install libegl1 libgl1-mesa-dri"
         )
     return painter

@@ -227,8 +227,8 @@ class Machines:
         count = len(self.table.theta)
         if count > ASKED:
             raise NotConverged(
-                f"what presses machines would be asked at {count} cam angles of the turn, at most {ASKED} are paid for: "
-                "fewer segments of the motion, or rows of tables of forces"
+                f"what presses machines would be asked at {count} cam angles of the turn, at most {ASKED} are paid "
+                "for: fewer segments of the motion, or rows of tables of forces"
             )
         pressures = [_pressure(*self._pressed(row, 1)[0], self._pilots) for row in range(len(self.table.theta))]
         return tuple(asked for row in telling(np.array([pressures])) for asked in self._pressed(row, self._stops))

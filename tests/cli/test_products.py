@@ -40,7 +40,7 @@ def ran(profile: Path, capsys: pytest.CaptureFixture[str], *words: str) -> tuple
     return status, json.loads((folder / "result.json").read_text()), err
 
 
-STARVED = "out of memory; a larger output.tolerance, fewer states or rows of tables need less"
+STARVED = "out of memory; a larger output.tolerance, fewer segments, states, impact.turns or rows of tables need less"
 
 
 @pytest.mark.parametrize(

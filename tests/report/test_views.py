@@ -140,6 +140,9 @@ def test_a_painter_that_crashes_fails_or_draws_nothing_is_told(
     fresh_answer.setattr(sys, "executable", str(broken))
     with pytest.raises(ExportError, match="apt-get install libegl1 libgl1-mesa-dri"):
         render([CUBE], tmp_path / "cube.png")
+    fresh_answer.setattr(painter, "memory_limits", lambda: {"an address space of 500 MB (ulimit -v)": 500})
+    with pytest.raises(ExportError, match=r"no OpenGL library works here within an address space of 500 MB"):
+        render([CUBE], tmp_path / "cube.png")
     fresh_answer.setattr(sys, "executable", str(tmp_path / "absent"))
     assert not painter.draws()
 

@@ -365,11 +365,14 @@ class _Walk:
         if record.length > 0.0:
             self.steps.append(record)
             if len(self.steps) > self.most:
+                period = self.machine.problem.period
+                turns, made = self.end / period, record.time / period
+                fewer = ", or fewer of these turns" if made >= 1.0 else ""
                 raise NotConverged(
-                    f"{len(self.steps)} steps by {record.time:.6g} s: the contact, its damping (tied to the speed of "
-                    "the last touch) or the friction is too stiff against the length of a turn; a larger speed_floor, "
-                    "a restitution nearer 1, a softer law, less friction or a higher speed would do"
-                    f"{self._friction_advice()}{self._fine_advice()}"
+                    f"{len(self.steps)} steps by {record.time:.6g} s, {made:.3g} of {turns:.3g} turns: the contact, "
+                    "its damping (tied to the speed of the last touch) or the friction is too stiff against the length "
+                    "of a turn; a larger speed_floor, a restitution nearer 1, a softer law, less friction or a higher "
+                    f"speed would do{fewer}{self._friction_advice()}{self._fine_advice()}"
                 )
             self.work.append(self.work[-1] + work)
 
