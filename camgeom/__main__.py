@@ -6,6 +6,8 @@ import signal
 import sys
 from contextlib import suppress
 from importlib import import_module
+from threading import enumerate as every_thread
+from threading import main_thread
 from types import ModuleType
 
 LOADER = "pydantic.plugin._loader"
@@ -65,8 +67,10 @@ def run() -> int:
         from camgeom.cli import main
 
         status = main()
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        # A thread that a law of the user's own has left behind is waited for, and may be ended.
+        left = signal.SIG_IGN if all(one.daemon or one is main_thread() for one in every_thread()) else signal.SIG_DFL
+        signal.signal(signal.SIGINT, left)
+        signal.signal(signal.SIGTERM, left)
     except KeyboardInterrupt as stop:
         if status is None:
             said, status = ("terminated", 143) if stop.args else ("interrupted", 130)

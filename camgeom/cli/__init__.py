@@ -1,7 +1,7 @@
 """The `camgeom` command: arguments, exit statuses, messages. The only place that prints or exits.
 
-Exit status: 0 good; 1 the design fails a check (everything asked for is still written); 2 bad input or usage; 3 a
-numerical method or a file failed; 130 interrupted.
+Exit status: 0 good; 1 the design fails a check or a file asked for cannot be made (all others are written); 2 bad input
+or usage; 3 a numerical method, the memory or the disk failed; 130 interrupted.
 """
 
 from __future__ import annotations
@@ -22,7 +22,10 @@ from camgeom.errors import NEED_LESS, CamgeomError, memory_limits, starved, visi
 from camgeom.immutable import immutable
 from camgeom.version import __version__
 
-EPILOG = "exit status: 0 good; 1 the design fails a check; 2 bad input or usage; 3 a numerical method or a file failed"
+EPILOG = (
+    "exit status: 0 good; 1 the design fails a check or a file asked for cannot be made; 2 bad input or usage; 3 a "
+    "numerical method, the memory or the disk failed"
+)
 
 
 LEAST_ROOM = 500_000_000

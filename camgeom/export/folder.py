@@ -39,6 +39,8 @@ COMPLETE, REPLACING = "complete", "being replaced"
 _TOLD, _TOLD_OF_EACH = {"name", "command", "version", "design"}, {"name", "version", "design", "sha256"}
 """what every manifest of ours says: of its run, or in `previous/`, where files are of several, of each file"""
 _STAGED = re.compile(r"\.camgeom-[0-9a-f]{16}\.part")
+_HALF = re.compile(rf"\.({'|'.join(map(re.escape, MANIFESTS))})\.[0-9a-f]{{16}}\.part")
+"""a manifest that a killed run was writing: nobody else writes one where another is alone in the folder"""
 _LONGEST = 100
 """letters of the name of a folder of earlier files"""
 _MOST = 10_000_000
@@ -205,6 +207,10 @@ class RunFolder:
             if _STAGED.fullmatch(place.name) and place.is_dir() and (lock := _hold(place)) is not None:
                 shutil.rmtree(place, ignore_errors=True)
                 os.close(lock)
+        for place in (*self.folder.iterdir(), *self.folder.glob(f"{PREVIOUS}*/.*.part")):
+            if _HALF.fullmatch(place.name) and place.is_file():
+                with suppress(OSError):
+                    place.unlink()
 
 
 @contextmanager
@@ -270,7 +276,7 @@ def _taking(folder: Path, name: str) -> str:
     """The first of name, name.1, ... that is not there yet, or a folder that files can be moved into."""
     number, found = 0, name
     while os.path.lexists(place := folder / found):
-        real = place.is_dir() and os.access(place, os.W_OK | os.X_OK)
+        real = place.is_dir() and not place.is_symlink() and os.access(place, os.W_OK | os.X_OK)
         run = "command" in read_manifest(place)  # whose own folder that is
         if real and not run and place.stat().st_dev == folder.stat().st_dev:
             break
@@ -281,9 +287,12 @@ def _taking(folder: Path, name: str) -> str:
 
 def _place(made: Path, final: Path) -> None:
     """Rename a finished file into its place, with the permissions of the one it replaces."""
-    if (mode := mode_of(final)) is not None:
-        made.chmod(mode)
-    made.replace(final)
+    try:
+        if (mode := mode_of(final)) is not None:
+            made.chmod(mode)
+        made.replace(final)
+    except OSError as error:
+        raise export_error(final, error) from error
 
 
 def _move(path: Path, folder: Path, entry: dict[str, Any] | None) -> None:

@@ -79,6 +79,15 @@ class Price:
         """Of one core."""
         return self.count * self.each
 
+    @property
+    def too_many(self) -> bool:
+        """Whether memory does not bear so many."""
+        return self.held is not None and self.count > self.held
+
+    def paid(self, left: float) -> float:
+        """What it takes of what is left: nothing where it is not begun."""
+        return self.seconds if self.seconds <= left and not self.too_many else 0.0
+
     def less(self, left: float) -> str:
         """What would do."""
         most = int(left / self.each)
@@ -105,15 +114,15 @@ def afford(body: Body, name: str, part: int = 0) -> None:
                 f"{price.what} would take about {price.seconds:.3g} s of one core beside {others}, more than the "
                 f"{SPENT:g} s that are spent on a design: {price.less(left)}{or_less}"
             )
-        if asked and price.held is not None and price.count > price.held:
+        if asked and price.too_many:
             raise NotConverged(
-                f"{price.what} would take more than the 2 GB that are spent on a design: at most {max(price.held, 1)} "
-                f"{price.of}, or {price.without}"
+                f"{price.what} would take more than the 2 GB that are spent on a design: at most "
+                f"{max(price.held or 0, 1)} {price.of}, or {price.without}"
             )
         if asked:
             return
-        if price.seconds <= left:
-            paid[one] = paid.get(one, 0.0) + price.seconds
+        if begun := price.paid(left):
+            paid[one] = paid.get(one, 0.0) + begun
 
 
 def limit(model: Model, name: str) -> float:
@@ -121,7 +130,7 @@ def limit(model: Model, name: str) -> float:
     common with the others of them that the profile asks for."""
     left = SPENT
     for _, _, price in _prices(_first(model)):
-        left -= price.seconds if price.seconds <= left else 0.0
+        left -= price.paid(left)
     weight, least, most = LIMITS[name]
     return min(max(left * weight / sum(LIMITS[one][0] for one in {name, *_limited(model)}), least), most)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -11,7 +12,7 @@ from pkgutil import iter_modules
 from typing import final
 
 from camgeom.errors import Problem, ProfileError, did_you_mean
-from camgeom.motion.law import Claims, Factory, Law, LawEntry, Parameter, ParamValue
+from camgeom.motion.law import Claims, Factory, Law, LawEntry, Parameter, ParamValue, freeze
 
 HOME = "camgeom.motion"
 """the package whose modules laws_... hold the laws that camgeom brings along"""
@@ -49,6 +50,9 @@ class Catalogue(Mapping[str, LawEntry]):
 
 SEGMENT_KEYS = frozenset({"until", "to", "law", "velocity", "acceleration", "jerk"})
 """of every segment of a profile's motion"""
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,59}")
+MOST_SAID = 500
+"""characters of what is said of a law of the user's own"""
 LAWS = Catalogue()
 """Every motion law by name."""
 
@@ -77,6 +81,7 @@ def law(
         raise ValueError(f"a parameter cannot be called {min(taken)!r}: every segment has a key of that name")
 
     def enter(factory: Factory) -> Factory:
+        _refuse_misstated(name, source, claims, parameters)
         summary = next(iter((factory.__doc__ or "").strip().splitlines()), name)
         own = factory.__module__.startswith(f"{HOME}.laws_")
         if name in (LAWS.entered if own else LAWS):
@@ -91,6 +96,17 @@ def law(
         return factory
 
     return enter
+
+
+def _refuse_misstated(name: object, source: object, claims: object, parameters: Mapping[str, Parameter]) -> None:
+    """Raise ValueError where what is said of a law is not what a list of laws can show and a segment can state."""
+    if not (isinstance(name, str) and NAME.fullmatch(name)):
+        raise ValueError(f"a law's name is 1 to 60 letters, digits, '.', '_', '+' and '-', not {name!r:.60}")
+    if not (isinstance(source, str) and len(source) <= MOST_SAID and isinstance(claims, Claims)):
+        raise ValueError(f"a law has a source, text of at most {MOST_SAID} characters, and Claims")
+    for key, parameter in parameters.items():
+        if not (isinstance(parameter, Parameter) and parameter.accepts(freeze(parameter.default))):
+            raise ValueError(f"parameter {key!r} has no default of its kind within its range")
 
 
 def unknown_law(name: str, key: str) -> Problem:

@@ -4,20 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import islice, pairwise
 from numbers import Real
-from operator import index
+from operator import index as whole
+
+import numpy as np
 
 from camgeom.errors import Problem, ProfileError, told_of
 from camgeom.maths import TURN
 from camgeom.motion.law import Claims, Ends, Factory, LawEntry, ParamValue, finish
-from camgeom.motion.table import Piece
+from camgeom.motion.table import JUMP_TOLERANCE, Piece, PieceTable
 
 MOST_PIECES, MOST_TERMS, MOST_IN_ALL, MOST_PERIODS, MOST_SIZE = 20_000, 100, 100_000, 500, 1e30
 """of what a law from outside gives: pieces, powers and waves of each and of all, periods in all, size of the numbers"""
 MEASURED, KEPT, SMALL, ROUNDING = 3, 1e-6, 1e-3, 1e-14
 """a piece that says it keeps derivatives of the one before is believed but for the lowest ones, of which it may miss
 a share, and more where rounding of short pieces explains it, up to the second share"""
+CANCELLED, PLACES = 0.01, 9
+"""share of a derivative, sought at so many places of each piece, that its terms may leave below what counts as a jump:
+those that cancel each other would hide any"""
 APART = 1e-12
 """share of the travel by which its pieces may fail to meet"""
 TRUE_TO = 5e-4
@@ -33,6 +39,7 @@ def guarded(name: str, factory: Factory, /, *ends: Ends, **params: ParamValue) -
     try:
         pieces = [_sound(piece) for piece in islice(factory(*ends, **params), MOST_PIECES + 1)]
         _refuse_unsound(pieces)
+        pieces[0] = replace(pieces[0], kept=-1)  # what is before the first one is none of the law's
         return finish(pieces, ends[0].lift if ends else 1.0)
     except (MemoryError, KeyboardInterrupt):
         raise
@@ -53,7 +60,7 @@ def _sound(piece: Piece) -> Piece:
         raise ValueError(f"a piece has no number, or more than {MOST_TERMS} powers or waves")
     waves = [(abs(w), a, b if w > 0.0 else -b) for w, a, b in rows if w != 0.0]
     start, end, anchor = map(_number, (piece.start, piece.end, piece.anchor))
-    return Piece(start, end, anchor, tuple(power), tuple(waves), index(piece.kept))
+    return Piece(start, end, anchor, tuple(power), tuple(waves), whole(piece.kept))
 
 
 def _number(given: object) -> float:
@@ -86,6 +93,14 @@ def _refuse_unsound(pieces: Sequence[Piece]) -> None:
             rounding = ROUNDING * lift * math.factorial(order) / min(_width(before), _width(after)) ** order
             if order <= after.kept and _step(before, after, order) > min(SMALL * most, KEPT * most + rounding):
                 raise ValueError(f"derivative {order} jumps at {after.start:.6g}, where a piece says that it is kept")
+    table = PieceTable.of(pieces)
+    index = np.repeat(np.arange(len(pieces)), PLACES)
+    found = np.abs(table.at(index, np.linspace(table.first_u, table.last_u, PLACES, axis=1).ravel(), MEASURED))
+    hidden = JUMP_TOLERANCE * 2.0 * table.bounds(MEASURED).max(axis=1)
+    lost = ~(hidden <= CANCELLED * np.maximum(found.max(axis=1), lift))
+    if lost.any():
+        which = int(np.argmax(lost))
+        raise ValueError(f"its powers and waves cancel each other: too few digits of derivative {which} are left")
 
 
 def _step(before: Piece, after: Piece, order: int) -> float:

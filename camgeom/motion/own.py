@@ -10,7 +10,7 @@ import sys
 import traceback
 from collections.abc import Iterable
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 
 from camgeom.errors import Problem, ProfileError, told_of
 from camgeom.motion.catalogue import LAWS
@@ -109,13 +109,20 @@ def begin_worker(files: Iterable[str]) -> None:
     load_all(files)
 
 
+def _compiled(content: bytes, path: Path) -> CodeType:
+    try:
+        return compile(content, str(path), "exec")
+    except (MemoryError, RecursionError):
+        raise ProfileError([Problem("file", "is nested too deeply for Python")]) from None
+
+
 def _run(content: bytes, path: Path, shown: str) -> None:
     """Execute the file as a module of its own; every way it can fail is a ProfileError with the line."""
     module = ModuleType(f"camgeom_laws_{path.stem}")
     module.__file__ = str(path)
     sys.modules[module.__name__] = module
     try:
-        exec(compile(content, str(path), "exec"), vars(module))
+        exec(_compiled(content, path), vars(module))
     except ProfileError as error:
         raise ProfileError(error.problems, shown) from None
     except SyntaxError as error:

@@ -279,8 +279,11 @@ class Profile(Section):
         names = [value for segment in self.motion for key, value in segment.parameters if key == "file" and value]
         for name in names:
             found.update(Path(_folder_name(self.source), str(name)).read_bytes())
-        for content in loaded_contents():
-            found.update(content)
+        if own := loaded_contents():
+            found.update(b"".join(own))
+            # What such a file rests on beside its own text shows in the motions alone.
+            for one in (self, *(track.whole for track in self.tracks)):
+                found.update(one.setup().program.jet(np.linspace(0.0, TURN, 721), 3).tobytes())
         return found.hexdigest()
 
     def setup(self) -> Setup:

@@ -212,6 +212,85 @@ def test_what_a_piece_says_of_itself_hides_no_jump(tmp_path: Path, jump: float, 
         load_laws(written(tmp_path, text))
 
 
+START_JUMPS = "vm=16/9, am=12.0, jm=inf, vam=7.53876995, arms=4.38178046, order_start=1, order_end=2"
+
+
+def test_what_the_first_piece_keeps_is_none_of_its_law_s(tmp_path: Path) -> None:
+    """6 x2 - 8 x3 + 3 x4, whose acceleration begins at 12: it said that it keeps that of what is before it, and the
+    check of continuity passed."""
+    text = f"""{HEAD}
+@law("starts-hard", source="by hand", claims=Claims({START_JUMPS}))
+def starts():
+    return [Piece(0.0, 1.0, 0.0, (0.0, 0.0, 6.0, -8.0, 3.0), (), 9)]
+"""
+    load_laws(written(tmp_path, text))
+    data = read_data(PROFILES / "disc_offset_roller.toml")
+    found = camgeom.read({**data, "motion": [{**one, "law": "starts-hard"} if "to" in one else one
+                                             for one in data["motion"]]})  # fmt: skip
+    assert found.setup.program.continuity.order == 1
+    assert {jump.order for jump in found.setup.program.continuity.jumps} >= {2}
+
+
+@pytest.mark.parametrize(("size", "refused"), [(0.0, False), (0.001, False), (0.003, True), (2e3, True)])
+def test_terms_that_cancel_hide_no_jump(tmp_path: Path, size: float, refused: bool) -> None:
+    """Simple harmonic motion with two waves that cancel each other: its jumps were below what the sum of their sizes
+    may round to, and it passed as smooth."""
+    hide = f"((2513.27, {size}, 0.0), (2513.27, -{size}, 0.0))"
+    order = 1 if not refused else 9
+    text = f"""{HEAD}
+from math import pi
+@law("harmonic", source="by hand", claims=Claims(pi/2, pi**2/2, inf, pi**3/8, pi**2/2/sqrt(2), {order}, {order}))
+def harmonic():
+    return [Piece(0.0, 0.5, 0.0, (0.0,), ((pi, -0.5, 0.0), *{hide})),
+            Piece(0.5, 1.0, 1.0, (1.0,), ((pi, 0.5, 0.0), *{hide}))]
+"""
+    if refused:
+        with pytest.raises(ProfileError, match="cancel each other: too few digits of derivative"):
+            load_laws(written(tmp_path, text))
+        return
+    load_laws(written(tmp_path, text))
+
+
+def test_a_law_s_helper_makes_another_design(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Files of the motion before stood beside those of the new one as of the same design."""
+    import sys
+
+    from camgeom.motion import own
+
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    text = f"{HEAD}import helper_of_a_law\n" + cubic(body="helper_of_a_law.pieces()").removeprefix(HEAD)
+    digests = []
+    for more in ("0.", "1e-9"):
+        pieces = f"[Piece(0., 1., 0., (0., 0., 3. + {more}, -2. - {more}))]"
+        helper = f"from camgeom import Piece\ndef pieces():\n    return {pieces}\n"
+        (tmp_path / "helper_of_a_law.py").write_text(helper)
+        sys.modules.pop("helper_of_a_law", None)
+        LAWS.entered.pop("our-cubic", None)
+        own._loaded.clear()
+        load_laws(written(tmp_path, text))
+        data = read_data(PROFILES / "disc_offset_roller.toml")
+        motion = [{**one, "law": "our-cubic"} if "to" in one else one for one in data["motion"]]
+        digests.append(camgeom.read({**data, "motion": motion}).profile.digest())
+    assert digests[0] != digests[1]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"our-cubic"', "5", "a law's name is 1 to 60 letters"),
+        ('"our-cubic"', '""', "a law's name is 1 to 60 letters"),
+        ('"our-cubic"', f'"{"x" * 61}"', "a law's name is 1 to 60 letters"),
+        ('source="by hand"', "source=None", "a law has a source, text of at most 500 characters"),
+        ("source=", "k=Parameter(9, 1, 5, 'power'), source=", "parameter 'k' has no default of its kind within"),
+        (HEAD, f"{HEAD}x = {'-' * 500_000}1\n", "is nested too deeply"),
+    ],
+)
+def test_what_is_said_of_a_law_can_be_shown(tmp_path: Path, old: str, new: str, said: str) -> None:
+    with pytest.raises(ProfileError, match=said):
+        load_laws(written(tmp_path, cubic().replace(old, new)))
+
+
 @pytest.mark.parametrize("count", [3, 30, 390])
 @pytest.mark.parametrize("wild", [0.0, 0.4])
 def test_a_spline_keeps_what_it_says(count: int, wild: float) -> None:
@@ -219,7 +298,8 @@ def test_a_spline_keeps_what_it_says(count: int, wild: float) -> None:
     points = tuple((at, at + wild * sin(9.0 * at * (k % 3))) for k, at in enumerate(x))
     for order in (1, 2, 3):
         pieces = LAWS["spline"].factory(Ends(), points, order)
-        assert [piece.kept for piece in guarded("own", lambda given=pieces: given)] == [p.kept for p in finish(pieces)]
+        found = [piece.kept for piece in guarded("own", lambda given=pieces: given)]
+        assert found == [-1, *(piece.kept for piece in finish(pieces)[1:])]
 
 
 def test_a_parameter_has_no_name_that_every_segment_has(tmp_path: Path) -> None:

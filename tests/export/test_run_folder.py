@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -319,6 +320,38 @@ def test_what_stands_in_the_way_of_earlier_files_by_then_stops_nothing(half: Pat
     assert set(told(half)) == set(FILES)
     assert (half / "previous").read_text() == "mine"
     assert set(told(half / "previous.1")) == {"left.txt"}
+
+
+def test_a_manifest_that_a_kill_left_half_written_goes_with_the_next_run(half: Path) -> None:
+    run(half, FILES, design="c")
+    for place, name in product((half, half / "previous"), (MANIFEST, STUDY, FRONT)):
+        (place / f".{name}.0123456789abcdef.part").write_text("{")
+        (place / f".{name}.0123.part").write_text("somebody's")
+    run(half, FILES, design="c")
+    assert sorted(path.name for path in half.rglob(".*.part")) == sorted(
+        f".{name}.0123.part" for name in (MANIFEST, STUDY, FRONT) * 2
+    )
+
+
+def test_a_file_that_must_not_be_replaced_is_named(half: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The folder was said to be write-protected."""
+    ask = os.access
+    monkeypatch.setattr(os, "access", lambda path, mode: Path(path).name != "result.txt" and ask(path, mode))
+    with pytest.raises(ExportError, match=r"result\.txt: cannot be written: the file is write-protected"):
+        run(half, FILES, design="c")
+    monkeypatch.undo()
+    run(half, FILES, design="c")
+    assert set(told(half)) == set(FILES)
+
+
+def test_earlier_files_do_not_follow_a_link_out_of_the_folder(tmp_path: Path) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    place = tmp_path / "o"
+    run(place, {"cam.stl": "one"})
+    (place / "previous").symlink_to(tmp_path / "elsewhere")
+    run(place, {"cam.stl": "two"}, design="b", name="cam two", stem="cam-two")
+    assert not any((tmp_path / "elsewhere").iterdir())
+    assert set(told(place / "previous.1/cam-one")) == {"cam.stl"}
 
 
 def test_a_set_whose_files_are_gone_is_not_said_to_be_whole(half: Path) -> None:
