@@ -37,6 +37,8 @@ class Conical(Cam):
     """
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("translating",)
+    MOST_PIECES: ClassVar[int] = 2_000
+    MOST_STEPPED: ClassVar[int] = 1_000
     STATIONS: ClassVar[bool] = True
 
     kind: Literal["conical"]

@@ -35,6 +35,7 @@ class CylindricalIndex(TurretKeys):
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("turret",)
     MOST_PIECES: ClassVar[int] = 2_200
+    MOST_STEPPED: ClassVar[int] = 100
 
     kind: Literal["cylindrical-index"]
     center_distance: Length = Field(description="mm, cam axis to turret axis")

@@ -61,6 +61,7 @@ class EndFace(Cam):
     """
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("translating", "swinging")
+    MOST_PIECES: ClassVar[int] = 5_000
     STATIONS: ClassVar[bool] = True
 
     kind: Literal["end-face"]

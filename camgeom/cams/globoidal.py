@@ -35,6 +35,7 @@ class Globoidal(TurretKeys):
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("turret",)
     ROOTLESS: ClassVar[dict[str, str]] = NO_STRESS
     MOST_PIECES: ClassVar[int] = 2_200
+    MOST_STEPPED: ClassVar[int] = 100
 
     kind: Literal["globoidal"]
     center_distance: Length = Field(description="mm, cam axis to turret axis")

@@ -46,6 +46,7 @@ class ParallelIndex(Cam):
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("turret",)
     MOST_PIECES: ClassVar[int] = 1_500
+    MOST_STEPPED: ClassVar[int] = 700
 
     kind: Literal["parallel-index"]
     center_distance: Length = Field(description="mm, cam shaft to turret shaft")

@@ -286,6 +286,11 @@ class Profile(Section):
                 found.update(one.setup().program.jet(np.linspace(0.0, TURN, 721), 3).tobytes())
         return found.hexdigest()
 
+    @property
+    def pieces(self) -> int:
+        """Pieces of the motions of all its tracks, between the cam angles at which a derivative of them may jump."""
+        return sum(one._pieces for one in (self, *(track.whole for track in self.tracks)))
+
     def setup(self) -> Setup:
         """Follower, roller and the motion program (mm or rad over rad).
 
@@ -389,7 +394,7 @@ def from_data(
         named = next(key for key in ("duty", "track", "station", "motion") if getattr(profile, key))
         raise ProfileError([Problem(named, what, followed, f"at most {rows}")], file)
     others = [track.whole for track in profile.tracks]
-    if (pieces := sum(one._pieces for one in (profile, *others))) > profile.cam.MOST_PIECES:
+    if (pieces := profile.pieces) > profile.cam.MOST_PIECES:
         what = "too many pieces of motions for this kind of cam" + (", of all tracks" if others else "")
         raise ProfileError([Problem("motion", what, pieces, f"at most {profile.cam.MOST_PIECES}")], file)
     rollers = [one.roller for one in (profile, *others)]

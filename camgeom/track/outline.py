@@ -315,17 +315,21 @@ def _searched(phi: Floats, points: Floats) -> Crossing | None:
     a = points[:, keep]
     d = np.roll(a, -1, axis=1) - a
     n = a.shape[1]
+    least, most = np.minimum(a, a + d), np.maximum(a, a + d)
     for begin in range(0, n, 256):
         i = np.arange(begin, min(begin + 256, n))
-        gap = a[:, None, :] - a[:, i, None]
-        cross = d[0, i, None] * d[1] - d[1, i, None] * d[0]
+        # Edges beyond the box of these cannot cross one of them.
+        low, high = least[:, i].min(axis=1)[:, None], most[:, i].max(axis=1)[:, None]
+        j = np.flatnonzero(((most >= low) & (least <= high)).all(axis=0))
+        gap = a[:, None, j] - a[:, i, None]
+        cross = d[0, i, None] * d[1, j] - d[1, i, None] * d[0, j]
         safe = np.where(cross != 0.0, cross, np.inf)
-        s = (gap[0] * d[1] - gap[1] * d[0]) / safe
+        s = (gap[0] * d[1, j] - gap[1] * d[0, j]) / safe
         t = (gap[0] * d[1, i, None] - gap[1] * d[0, i, None]) / safe
-        apart = np.abs(np.arange(n) - i[:, None])
+        apart = np.abs(j - i[:, None])
         hit = (s > 0.0) & (s < 1.0) & (t > 0.0) & (t < 1.0) & (apart > 1) & (apart < n - 1)
         if np.any(hit):
             row, other = (int(k[0]) for k in np.nonzero(hit))
             point = a[:, i[row]] + s[row, other] * d[:, i[row]]
-            return Crossing(float(phi[keep[i[row]]]), float(phi[keep[other]]), (float(point[0]), float(point[1])))
+            return Crossing(float(phi[keep[i[row]]]), float(phi[keep[j[other]]]), (float(point[0]), float(point[1])))
     return None

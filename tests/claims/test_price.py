@@ -107,6 +107,21 @@ def test_what_advice_leaves_is_paid() -> None:
 
 
 @pytest.mark.usefixtures("unsolved")
+@pytest.mark.usefixtures("unsolved")
+@pytest.mark.parametrize(("turns", "held"), [(50, True), (51, False)])
+def test_what_memory_refuses_is_not_paid(turns: int, held: bool) -> None:
+    """Roots and the body were refused beside 40 s of impacts that never began."""
+    model = drum(1, impact={"clearance": 0.1, "turns": turns, "settle": 4})
+    paid = next(price for name, _, price in _prices(model) if name == IMPACTS).paid(SPENT)
+    assert paid == (pytest.approx(0.4 * turns) if held else 0.0)
+    if held:
+        afford(model.body, IMPACTS)
+    else:
+        with pytest.raises(NotConverged, match=r"more than the 2 GB .*: at most 50 turns together"):
+            afford(model.body, IMPACTS)
+    assert limit(model, "machines") < limit(drum(1), "machines") if held else limit(model, "machines")
+
+
 @pytest.mark.parametrize("states", [1, 4, 7])
 def test_solvers_of_unknown_steps_share_what_is_left(states: int) -> None:
     alone = drum(states, impact={key: value for key, value in IMPACT.items() if key != "study"})

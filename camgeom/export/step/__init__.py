@@ -21,7 +21,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from camgeom.errors import ExportError
+from camgeom.errors import ExportError, NotConverged
 from camgeom.export import NO_PLATE, NO_ROLLERS, writer
 from camgeom.export.files import atomic_write
 from camgeom.export.step.brep import Assembly, Brep, FacetBody
@@ -94,6 +94,11 @@ def _written(
     from camgeom.export.step.bodies import notes
     from camgeom.export.step.solids import TOLERANCE
 
+    if (pieces := model.profile.pieces) > (most := model.profile.cam.MOST_STEPPED):
+        raise NotConverged(
+            f"{path}: a STEP file of {pieces} pieces of motions would take more than its share of a minute: at most "
+            f"{most} of this kind of cam, by fewer segments or points of their laws; or a file of triangles"
+        )
     try:
         shape = make(model, tolerance or TOLERANCE)
     except ExportError as error:
