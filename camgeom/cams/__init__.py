@@ -47,7 +47,7 @@ class Cam(Section, ABC):
     TRACKS: ClassVar[tuple[str, ...]] = ()
     PLACES: ClassVar[tuple[str, ...]] = ()
     ROLLERS: ClassVar[tuple[str, ...]] = ("roller",)
-    MOST_PIECES: ClassVar[int] = 10_000
+    MOST_PIECES: ClassVar[int] = 5_000
     MOST_STEPPED: ClassVar[int] = 2_000
 
     @property

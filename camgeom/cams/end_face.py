@@ -61,7 +61,6 @@ class EndFace(Cam):
     """
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("translating", "swinging")
-    MOST_PIECES: ClassVar[int] = 5_000
     STATIONS: ClassVar[bool] = True
 
     kind: Literal["end-face"]

@@ -76,9 +76,12 @@ class Applied:
 
 def expression_force(text: str, begin: float, until: float, key: str = "operation.force") -> Applied:
     """A force given by an expression from cam angle `begin` to `until` (rad); past a turn where until < begin."""
+    from camgeom.mechanics.enclosure import narrow_peaks
+
     expression: Expression = compile_expression(text, key)
     moved = not expression.variables.isdisjoint("sva")
-    return Applied(*_range(begin, until), value=expression, moved=moved)
+    start, length, ends = _range(begin, until)
+    return Applied(start, length, (*ends, *narrow_peaks(text, start, length, key)), value=expression, moved=moved)
 
 
 def table_force(theta: ArrayLike, force: ArrayLike, interpolation: Interpolation = "linear") -> Applied:

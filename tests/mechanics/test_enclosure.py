@@ -1,0 +1,99 @@
+"""Poles and narrow peaks of forces: refused or found, whatever samples see; enclosures hold what they enclose."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import camgeom
+from camgeom.errors import ProfileError
+from camgeom.mechanics.applied import FUNCTIONS, compile_expression
+from camgeom.mechanics.enclosure import RESOLVED, enclosed, narrow_peaks
+from camgeom.profile import read_data
+from tests.places import PROFILES
+
+TURN = 2.0 * math.pi
+LEAVES = st.sampled_from(["phi", "deg", "theta", "2", "0.3", "7", "pi", "-1.5"])
+
+
+def _grown(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
+    one = st.sampled_from(sorted(name for name, (_, least, _) in FUNCTIONS.items() if least == 1))
+    two = st.sampled_from(["atan2", "hypot", "min", "max"])
+    return st.one_of(
+        st.builds("({} {} {})".format, inner, st.sampled_from("+-*/"), inner),
+        st.builds("({} ** {})".format, inner, st.sampled_from(["2", "3", "-1", "-2", "0.5", "1.5", "0"])),
+        st.builds("{}({})".format, one, inner),
+        st.builds("{}({}, {})".format, two, inner, inner),
+        st.builds("(-{})".format, inner),
+    )
+
+
+@given(
+    text=st.recursive(LEAVES, _grown, max_leaves=8), low=st.floats(0.0, 6.2), width=st.floats(1e-6, 0.05),
+)  # fmt: skip
+def test_every_value_lies_in_its_enclosure(text: str, low: float, width: float) -> None:
+    value = compile_expression(text)
+    phi = np.linspace(low, low + width, 41)
+    with np.errstate(all="ignore"):
+        found = np.broadcast_to(value.of({"phi": phi, "theta": phi, "deg": np.degrees(phi)}), phi.shape)
+    least, most = (float(end[0]) for end in enclosed(value.steps, np.array([low]), np.array([low + width])))
+    finite = found[np.isfinite(found)]
+    # Rounding of either: of angles, and of what is subtracted.
+    slack = 1e-9 * max(1.0, float(np.abs(finite).max(initial=0.0)))
+    assert not (finite < least - slack).any(), (least, finite.min())
+    assert not (finite > most + slack).any(), (most, finite.max())
+
+
+def pressed(expression: str, begin: float = 80.0, until: float = 110.0) -> camgeom.Model:
+    data: dict[str, Any] = read_data(PROFILES / "disc_offset_roller.toml")
+    force = {"from": begin, "until": until, "expression": expression}
+    return camgeom.read({**data, "operation": {**data["operation"], "force": (force,)}})
+
+
+@pytest.mark.parametrize(
+    ("expression", "angle"),
+    [
+        ("0.01/abs(phi-1.66667)", "95.493"), ("1e-9/(phi-1.66666666666667)", "95.493"), ("1e-3/(phi-1.7)**2", "97.40"),
+        ("tan(phi)", "90"), ("5/sin(10*(phi-1.6))", "91.67"), ("1/(phi-1.5)**3 - 1/(phi-1.55)", "88.8|85.9"),
+        ("1e6*exp(-((phi-1.66)/1e-5)**2)", "95.11"), ("1/log(phi-0.6)", "91.67"),
+    ],
+)  # fmt: skip
+def test_a_pole_is_refused_with_its_angle(expression: str, angle: str) -> None:
+    """A force of 0.01/|phi - c| passed with 915 N, one of 1e6 N in a hundredth of a degree was not seen."""
+    with pytest.raises(ProfileError, match=rf"force\[0\]\.expression: has a pole, or a peak narrower .* at cam angle ({angle})"):
+        pressed(expression)
+
+
+@pytest.mark.parametrize("width", [6e-4, 1e-3, 3e-3, 0.02])
+@pytest.mark.parametrize("centre", [1.55, 1.6612345, 1.7])
+def test_a_narrow_peak_is_found(width: float, centre: float) -> None:
+    without = float(pressed("0").load.sampled().force.max())
+    found = pressed(f"1e4*exp(-((phi-{centre})/{width})**2)").load.sampled().force.max()
+    assert found == pytest.approx(1e4 + 0.5 * without, abs=0.6 * without)
+
+
+@pytest.mark.parametrize(
+    "expression",
+    ["sin(phi-1.6)/(phi-1.6)", "sign(phi-1.6)*30", "floor(10*phi)", "30*tanh(1e7*(phi-1.7))", "100*s+v", "40",
+     "120 * sin(6 * (phi - 80 * pi / 180)) ** 2", "30*phi**7-200*phi**6+5*phi**3", "log(phi)", "exp(3*phi)"],
+)  # fmt: skip
+def test_what_is_bounded_is_left_as_it_is(expression: str) -> None:
+    """Jumps are, and a place of 0/0 beside which nothing grows; forces of the motion are not looked into."""
+    assert narrow_peaks(expression, math.radians(80.0), math.radians(30.0), "force") == ()
+    assert np.isfinite(pressed(expression).load.sampled().force).all()
+
+
+def test_a_range_past_the_turn_s_end_is_looked_through() -> None:
+    text = "1e5*exp(-((deg-2)/0.05)**2)"
+    first, *_, last = narrow_peaks(text, math.radians(300.0), math.radians(100.0), "force")
+    assert math.radians(1.0) < first < math.radians(2.0) - RESOLVED
+    assert math.radians(2.0) + RESOLVED < last < math.radians(3.0)
+    with pytest.raises(ProfileError, match="at cam angle 2 deg"):
+        narrow_peaks("1/(deg-2)", math.radians(300.0), math.radians(100.0), "force")
+    assert narrow_peaks(text, math.radians(300.0), math.radians(50.0), "force") == ()
+    assert narrow_peaks("1/(phi-7)", 0.0, TURN, "force") == ()
