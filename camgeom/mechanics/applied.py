@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 from camgeom.errors import Problem, ProfileError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
+from camgeom.mechanics.enclosure import narrow_peaks
 from camgeom.track import TURN
 
 Interpolation = Literal["linear", "smooth"]
@@ -76,12 +77,10 @@ class Applied:
 
 def expression_force(text: str, begin: float, until: float, key: str = "operation.force") -> Applied:
     """A force given by an expression from cam angle `begin` to `until` (rad); past a turn where until < begin."""
-    from camgeom.mechanics.enclosure import narrow_peaks
-
     expression: Expression = compile_expression(text, key)
     moved = not expression.variables.isdisjoint("sva")
     start, length, ends = _range(begin, until)
-    return Applied(start, length, (*ends, *narrow_peaks(text, start, length, key)), value=expression, moved=moved)
+    return Applied(start, length, (*ends, *narrow_peaks(expression, start, length)), value=expression, moved=moved)
 
 
 def table_force(theta: ArrayLike, force: ArrayLike, interpolation: Interpolation = "linear") -> Applied:

@@ -10,14 +10,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
-from camgeom.mechanics.applied import FUNCTIONS, Step, compile_expression
 from camgeom.track import TURN
+
+if TYPE_CHECKING:
+    from camgeom.mechanics.applied import Expression, Step
 
 SEEN = math.radians(0.5)
 """rad between angles at which a force is looked at anyhow"""
@@ -35,12 +38,12 @@ Range = tuple[Floats, Floats]
 
 
 @lru_cache(256)
-def narrow_peaks(text: str, begin: float, length: float, key: str) -> tuple[float, ...]:
-    """Cam angles in [0, 2 pi], rad, round peaks of an expression of the cam angle alone that samples might pass by.
+def narrow_peaks(value: Expression, begin: float, length: float) -> tuple[float, ...]:
+    """Cam angles in [0, 2 pi], rad, round peaks of an expression of the cam angle alone that samples might pass by,
+    from a cam angle on, rad.
 
-    Raises ProfileError, naming the key and the angle, where it has a pole, or a peak narrower than is resolved.
+    Raises ProfileError, naming its key and the angle, where it has a pole, or a peak narrower than is resolved.
     """
-    value = compile_expression(text, key)
     if not value.variables or not value.variables.isdisjoint("sva"):
         return ()
 
@@ -73,8 +76,8 @@ def narrow_peaks(text: str, begin: float, length: float, key: str) -> tuple[floa
         low, high = np.r_[low, middle], np.r_[middle, high]
     if narrow[0]:
         raise ProfileError([Problem(
-            key, f"has a pole, or a peak narrower than {math.degrees(RESOLVED):.2g} deg, at cam angle "
-            f"{math.degrees(narrow[1]) % 360.0:.6g} deg, where it reaches {narrow[0]:.4g}", text,
+            value.key, f"has a pole, or a peak narrower than {math.degrees(RESOLVED):.2g} deg, at cam angle "
+            f"{math.degrees(narrow[1]) % 360.0:.6g} deg, where it reaches {narrow[0]:.4g}", value.text,
             hint="limit its range of cam angle, or give a table")])  # fmt: skip
     return tuple(sorted({float(x) if x <= TURN else float(x) - TURN for x in peaks}))
 
@@ -107,15 +110,14 @@ def _taken(name: str, arguments: list[Range]) -> Range:
         for low, high in arguments[1:]:
             least, most = which(least, low), which(most, high)
         return least, most
-    found = _STEPS[name](*arguments) if name in _STEPS else _rising(FUNCTIONS[name][0], *arguments)
+    found = _STEPS[name](*arguments) if name in _STEPS else _rising(_RISING[name], *arguments)
     # What is none may be anything.
     return np.where(np.isnan(found[0]), -np.inf, found[0]), np.where(np.isnan(found[1]), np.inf, found[1])
 
 
 def _rising(function: Callable[[Floats], Floats], x: Range) -> Range:
     """Of a function that rises over all of where it has values; beyond there the nearest that it has."""
-    ends = {np.arcsin: (-1.0, 1.0), np.sqrt: (0.0, np.inf), np.log: (0.0, np.inf), np.log10: (0.0, np.inf)}
-    low, high = ends.get(function, (-np.inf, np.inf))  # type: ignore[call-overload]
+    low, high = (-1.0, 1.0) if function is np.arcsin else (0.0 if function in _OF_POSITIVE else -np.inf, np.inf)
     return function(np.clip(x[0], low, high)), function(np.clip(x[1], low, high))
 
 
@@ -198,6 +200,11 @@ def _acos(x: Range) -> Range:
     return np.arccos(np.clip(x[1], -1.0, 1.0)), np.arccos(np.clip(x[0], -1.0, 1.0))
 
 
+_OF_POSITIVE = (np.sqrt, np.log, np.log10)
+_RISING: dict[str, Callable[[Floats], Floats]] = {
+    "asin": np.arcsin, "atan": np.arctan, "sinh": np.sinh, "tanh": np.tanh, "exp": np.exp, "sqrt": np.sqrt,
+    "sign": np.sign, "log": np.log, "log10": np.log10, "floor": np.floor, "ceil": np.ceil,
+}  # fmt: skip
 _STEPS: dict[str, Callable[..., Range]] = {
     "negative": _negative, "add": _add, "subtract": lambda x, y: _add(x, _negative(y)), "multiply": _multiply,
     "divide": _divide, "power": _power, "abs": _absolute, "tan": _tan, "cosh": _cosh, "hypot": _hypot,

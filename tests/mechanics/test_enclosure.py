@@ -17,7 +17,6 @@ from camgeom.mechanics.enclosure import RESOLVED, enclosed, narrow_peaks
 from camgeom.profile import read_data
 from tests.places import PROFILES
 
-TURN = 2.0 * math.pi
 LEAVES = st.sampled_from(["phi", "deg", "theta", "2", "0.3", "7", "pi", "-1.5"])
 
 
@@ -49,6 +48,11 @@ def test_every_value_lies_in_its_enclosure(text: str, low: float, width: float) 
     assert not (finite > most + slack).any(), (most, finite.max())
 
 
+def peaks(text: str, begin: float, length: float) -> tuple[float, ...]:
+    """From a cam angle on, deg."""
+    return narrow_peaks(compile_expression(text), math.radians(begin), math.radians(length))
+
+
 def pressed(expression: str, begin: float = 80.0, until: float = 110.0) -> camgeom.Model:
     data: dict[str, Any] = read_data(PROFILES / "disc_offset_roller.toml")
     force = {"from": begin, "until": until, "expression": expression}
@@ -65,7 +69,8 @@ def pressed(expression: str, begin: float = 80.0, until: float = 110.0) -> camge
 )  # fmt: skip
 def test_a_pole_is_refused_with_its_angle(expression: str, angle: str) -> None:
     """A force of 0.01/|phi - c| passed with 915 N, one of 1e6 N in a hundredth of a degree was not seen."""
-    with pytest.raises(ProfileError, match=rf"force\[0\]\.expression: has a pole, or a peak narrower .* at cam angle ({angle})"):
+    told = rf"force\[0\]\.expression: has a pole, or a peak narrower .* at cam angle ({angle})"
+    with pytest.raises(ProfileError, match=told):
         pressed(expression)
 
 
@@ -84,16 +89,16 @@ def test_a_narrow_peak_is_found(width: float, centre: float) -> None:
 )  # fmt: skip
 def test_what_is_bounded_is_left_as_it_is(expression: str) -> None:
     """Jumps are, and a place of 0/0 beside which nothing grows; forces of the motion are not looked into."""
-    assert narrow_peaks(expression, math.radians(80.0), math.radians(30.0), "force") == ()
+    assert peaks(expression, 80.0, 30.0) == ()
     assert np.isfinite(pressed(expression).load.sampled().force).all()
 
 
 def test_a_range_past_the_turn_s_end_is_looked_through() -> None:
     text = "1e5*exp(-((deg-2)/0.05)**2)"
-    first, *_, last = narrow_peaks(text, math.radians(300.0), math.radians(100.0), "force")
+    first, *_, last = peaks(text, 300.0, 100.0)
     assert math.radians(1.0) < first < math.radians(2.0) - RESOLVED
     assert math.radians(2.0) + RESOLVED < last < math.radians(3.0)
     with pytest.raises(ProfileError, match="at cam angle 2 deg"):
-        narrow_peaks("1/(deg-2)", math.radians(300.0), math.radians(100.0), "force")
-    assert narrow_peaks(text, math.radians(300.0), math.radians(50.0), "force") == ()
-    assert narrow_peaks("1/(phi-7)", 0.0, TURN, "force") == ()
+        peaks("1/(deg-2)", 300.0, 100.0)
+    assert peaks(text, 300.0, 50.0) == ()
+    assert peaks("1/(phi-7)", 0.0, 360.0) == ()
