@@ -164,7 +164,8 @@ def number_in(text: str | None, option: str, unit: str = "", low: float = -inf, 
         value = float("nan")
     if isfinite(value) and low <= value <= high:
         return value
-    allowed = f"; allowed: {low:g} to {high:g} {unit}" if high < inf else ""
+    allowed = f"; allowed: {low:g} to {high:g} {unit}" if high < inf else f"; allowed: at least {low:g} {unit}"
+    allowed = allowed.rstrip() if low > -inf else ""
     raise UsageError(f"{option}: needs a number{unit and f' of {unit}'} (found {text[:60]!r}){allowed}")
 
 

@@ -25,6 +25,8 @@ OPTIONS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(PLANAR, ("profile", "pressure_angle", "convex_radius", "contact_pressure", "best_offset")),
 }  # fmt: skip
 """the options that a kind's design asks; the others are refused"""
+LEAST_RATIO = 0.01
+"""time of motion over time of dwell, and the other way round"""
 MOST_BYTES = 4_000_000
 
 
@@ -97,8 +99,9 @@ def _globoidal(arguments: argparse.Namespace) -> Design:
     ratio, angle = _number(arguments, "ratio"), _number(arguments, "motion_angle")
     if (ratio is None) == (angle is None):
         raise UsageError("give either --motion-angle or --ratio (time of motion over time of dwell)")
-    if ratio is not None and ratio <= 0.0:
-        raise UsageError(f"--ratio: needs a positive number (found {ratio:g})")
+    if ratio is not None and not LEAST_RATIO <= ratio <= 1.0 / LEAST_RATIO:
+        range_ = f"{LEAST_RATIO:g} to {1.0 / LEAST_RATIO:g}"
+        raise UsageError(f"--ratio: needs time of motion over time of dwell (found {ratio:g}); allowed: {range_}")
     stops = _number(arguments, "stops")
     if stops is None or stops != int(stops):
         raise UsageError("--stops: needs a whole number from 1 to 48")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, get_args
 import numpy as np
 
 from camgeom.cli import Console, UsageError, aligned, number_in
-from camgeom.cli.model import refuse_nameless, refuse_unwritable
+from camgeom.cli.model import refuse_nameless, refuse_unwritable, write_set
 
 if TYPE_CHECKING:
     from camgeom.inspection import Inspection
@@ -87,17 +87,18 @@ def _mm(value: float) -> str:
 
 
 def _written(folder: Path, data: dict[str, Any], found: Inspection) -> list[Path]:
-    """inspection.json and inspection.csv, each whole or not at all."""
-    from camgeom.export.files import atomic_write, write_whole
+    """inspection.json and inspection.csv; they appear together."""
+    from camgeom.export.folder import INSPECTION
 
-    files = [folder / "inspection.json", folder / "inspection.csv"]
-    write_whole(files[0], json.dumps(data, indent=2, allow_nan=False) + "\n")
     feet = found.feet
     table = np.column_stack(
         [np.degrees(found.angles), found.stations, found.points.T, feet.x.T, feet.n.T, found.deviation, found.kept]
     )
-    with atomic_write(files[1]) as stream:
-        stream.write((",".join(COLUMNS) + "\n").encode())
-        for number, row in zip(feet.surface.tolist(), (table + 0.0).tolist()):
-            stream.write((f"{found.names[number]}," + ",".join(map(repr, row[:-1])) + f",{int(row[-1])}\n").encode())
-    return files
+    lines = [",".join(COLUMNS)]
+    for number, row in zip(feet.surface.tolist(), (table + 0.0).tolist()):
+        lines.append(f"{found.names[number]}," + ",".join(map(repr, row[:-1])) + f",{int(row[-1])}")
+    contents = {
+        "inspection.json": json.dumps(data, indent=2, allow_nan=False) + "\n",
+        "inspection.csv": "\n".join(lines) + "\n",
+    }
+    return write_set(folder, INSPECTION, data["name"], "inspect", contents)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camgeom.cli import Console, UsageError, aligned, number, number_in, whole
-from camgeom.cli.model import refuse_nameless, refuse_unwritable
+from camgeom.cli.model import refuse_nameless, refuse_unwritable, write_set
 from camgeom.errors import Problem, ProfileError
 from camgeom.motion.catalogue import LAWS
 from camgeom.motion.law import Ends
@@ -239,8 +239,8 @@ def shown(rival: Rival) -> dict[str, Any]:
 def written(
     folder: Path, found: Best, keys: dict[str, Any], points: list[tuple[float, float, float]]
 ) -> list[Path]:
-    """The law as a segment (TOML), as a table (CSV) and on a page; each file appears whole or not at all."""
-    from camgeom.export.files import write_whole
+    """The law as a segment (TOML), as a table (CSV) and on a page; they appear together."""
+    from camgeom.export.folder import LAW
     from camgeom.motion.table import PieceTable
     from camgeom.report.page import render
 
@@ -255,11 +255,7 @@ def written(
         "law.csv": text.getvalue(),
         "law.html": render(page(found, keys, points)),
     }
-    paths = []
-    for name, content in contents.items():
-        write_whole(folder / name, content)
-        paths.append(folder / name)
-    return paths
+    return write_set(folder, LAW, "best law", "law", contents)
 
 
 def page(found: Best, keys: dict[str, Any], points: list[tuple[float, float, float]]) -> Page:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -14,6 +14,7 @@ from camgeom.cli import Console, UsageError, aligned, number, number_in
 from camgeom.errors import ExportError, Problem, ProfileError
 from camgeom.profile.sections import TOLERANCE_RANGE
 from camgeom.report.figures import KEY_FIGURES
+from camgeom.version import __version__
 
 if TYPE_CHECKING:
     from camgeom.checks.verdict import Finding
@@ -341,3 +342,21 @@ def _motion_figures(data: dict[str, Any]) -> list[tuple[str, str]]:
         told = f"{found['minimise']} {number(found['value'])}, no law below {number(found['lower_bound'])}"
         figures.append((f"motion[{i}] optimal", f"{told} ({found['over']})"))
     return figures
+
+
+def write_set(
+    folder: Path, manifest: str, name: str, command: str, contents: Mapping[str, str | bytes]
+) -> list[Path]:
+    """The files of a command that has no others in a folder, by name with their contents; where they are.
+
+    name  of the design, or of what it is about. Raises ExportError
+    """
+    from camgeom.export.files import write_whole
+    from camgeom.export.folder import results
+
+    about = {"name": name, "stem": slug(name), "command": command, "version": __version__}
+    with results(folder, manifest) as place:
+        for file, content in contents.items():
+            write_whole(place.path(file), content)
+        place.close(about, "", dict.fromkeys(contents, command), {command})
+    return [folder / file for file in contents]

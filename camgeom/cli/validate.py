@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from camgeom.cli import Console, UsageError, aligned
-from camgeom.cli.model import refuse_nameless, refuse_unwritable
+from camgeom.cli.model import refuse_nameless, refuse_unwritable, write_set
 from camgeom.version import __version__
 
 if TYPE_CHECKING:
@@ -70,8 +70,8 @@ def _json(rows: Sequence[JudgedEntry]) -> str:
 
 
 def _written(folder: Path, sources: Sequence[Source], rows: Sequence[JudgedEntry], console: Console) -> list[Path]:
-    """The page as HTML, with the figures, and as Markdown, and the data, each whole or not at all."""
-    from camgeom.export.files import write_whole
+    """The page as HTML, with the figures, and as Markdown, and the data; they appear together."""
+    from camgeom.export.folder import VALIDATION
     from camgeom.report.page import render
     from camgeom.validation.figures import figures
     from camgeom.validation.page import markdown, page
@@ -86,6 +86,4 @@ def _written(folder: Path, sources: Sequence[Source], rows: Sequence[JudgedEntry
         "validation.md": markdown(sources, rows),
         "validation.json": _json(rows) + "\n",
     }
-    for name, text in texts.items():
-        write_whole(folder / name, text)
-    return [folder / name for name in texts]
+    return write_set(folder, VALIDATION, "validation", "validate", texts)

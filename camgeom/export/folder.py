@@ -32,8 +32,11 @@ from typing import Any
 from camgeom.errors import ExportError
 from camgeom.export.files import export_error, mode_of, write_whole
 
-MANIFEST, STUDY, FRONT = MANIFESTS = "manifest.json", "study-manifest.json", "front-manifest.json"
-"""of the files of a run, a study, a search"""
+MANIFEST, STUDY, FRONT, LAW, INSPECTION, VALIDATION = MANIFESTS = (
+    "manifest.json", "study-manifest.json", "front-manifest.json", "law-manifest.json", "inspection-manifest.json",
+    "validation-manifest.json",
+)  # fmt: skip
+"""of the files of a run, a study, a search, a best law, an inspection, the validation"""
 PREVIOUS = "previous"
 COMPLETE, REPLACING = "complete", "being replaced"
 _TOLD, _TOLD_OF_EACH = {"name", "command", "version", "design"}, {"name", "version", "design", "sha256"}

@@ -49,6 +49,37 @@ def test_of_next_to_nothing_the_most_to_gain_is_told_and_no_share(
     assert "the law is within" in (tmp_path / "more" / "law.html").read_text(encoding="utf-8")
 
 
+def test_files_of_two_laws_are_no_set_and_what_was_edited_stays(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A full disk left the segment of one law beside the table of another; an edited one was written over."""
+    from camgeom.cli import model
+    from camgeom.errors import ExportError
+    from camgeom.export import files
+
+    told(capsys, "--jmax", "60", "--out", str(tmp_path))
+    before = {name: (tmp_path / name).read_bytes() for name in ("law.toml", "law.csv", "law.html")}
+    write = files.write_whole
+
+    def full(path: Path, content: str | bytes) -> int:
+        if path.name == "law.csv":
+            raise ExportError(f"{path}: cannot be written: the disk is full")
+        return write(path, content)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(files, "write_whole", full)
+        assert main(["law", "--jmax", "80", "--out", str(tmp_path)]) == 3
+    assert f"{tmp_path / 'law.csv'}: cannot be written" in capsys.readouterr().err
+    assert {name: (tmp_path / name).read_bytes() for name in before} == before
+    (tmp_path / "law.toml").write_text("# edited")
+    told(capsys, "--jmax", "80", "--out", str(tmp_path))
+    assert (tmp_path / "previous" / "law.toml").read_text() == "# edited"
+    assert all((tmp_path / name).read_bytes() != content for name, content in before.items())
+    manifest = json.loads((tmp_path / "law-manifest.json").read_text())
+    assert ({entry["file"] for entry in manifest["files"]}, manifest["state"]) == (set(before), "complete")
+    assert model.write_set(tmp_path, "law-manifest.json", "best law", "law", {}) == []
+
+
 def test_without_a_jerk_limit_the_acceleration_may_jump(capsys: pytest.CaptureFixture[str]) -> None:
     data = told(capsys)
     assert data["peak_acceleration"] == pytest.approx(4.0, rel=1e-9)
