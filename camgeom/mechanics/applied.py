@@ -11,7 +11,7 @@ import ast
 import itertools
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Literal, final
 
 import numpy as np
@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from camgeom.errors import Problem, ProfileError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
-from camgeom.mechanics.enclosure import narrow_peaks
+from camgeom.mechanics.enclosure import narrow_peaks, peaks_of
 from camgeom.track import TURN
 
 Interpolation = Literal["linear", "smooth"]
@@ -73,6 +73,13 @@ class Applied:
             angle, *state = (np.broadcast_to(x, shape)[within] for x in (angle, *state))
             force[within] = self.factor * self.value(np.mod(angle, TURN), *state)
         return force
+
+
+    def refuse_narrow(self, motion: Callable[[Floats], Sequence[Floats]]) -> None:
+        """Raise ProfileError where a force that hangs on the motion has a pole, or a peak that is not resolved; one of
+        the cam angle alone was looked through when it was made. motion: lift, velocity and acceleration, as given."""
+        if self.moved and isinstance(self.value, Expression):
+            peaks_of(self.value, self.begin, self.length, motion)
 
 
 def expression_force(text: str, begin: float, until: float, key: str = "operation.force") -> Applied:

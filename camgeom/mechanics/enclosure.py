@@ -8,9 +8,9 @@ value in their middle is seen: a peak shows, or the bound falls below what is kn
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -22,19 +22,26 @@ from camgeom.track import TURN
 if TYPE_CHECKING:
     from camgeom.mechanics.applied import Expression, Step
 
+ANGLES, MOVED = frozenset({"phi", "theta", "deg"}), frozenset("sva")
+"""variables of an expression"""
 SEEN = math.radians(0.5)
 """rad between angles at which a force is looked at anyhow"""
 RESOLVED = 1e-4
 """rad, a quarter of the narrowest panel that a force is resolved on: a peak that shows in no wider range is not"""
-POINT = 1e-10
-"""rad, of which the halves are not looked into"""
-BEYOND = 1.05
-"""times the largest value known, from which on one is a peak of its own"""
-END = 10.0
-"""times the largest value in between, up to which one at an end of a range is as good"""
+POINT = 1e-6
+"""rad, of which the halves are not looked into: nearer to 0 / 0 values are rounding"""
+BEYOND = 0.05
+"""share of the largest force by which a peak rises above what is seen round about"""
+ASIDE, INSIDE = 0.381966, 1e-7
+"""of a step, so that no angle of a round number of degrees is looked at, where a pole may lie; of the range's ends"""
 MOST_RANGES = 50_000
+"""after which ranges with a bound are left: terms that cancel each other give wide ones"""
 Range = tuple[Floats, Floats]
 """least and largest values, (n,) each"""
+
+
+Motion = Callable[[Floats], Sequence[Floats]]
+"""lift, velocity and acceleration at cam angles, rad, as forces are given them"""
 
 
 @lru_cache(256)
@@ -44,53 +51,90 @@ def narrow_peaks(value: Expression, begin: float, length: float) -> tuple[float,
 
     Raises ProfileError, naming its key and the angle, where it has a pole, or a peak narrower than is resolved.
     """
-    if not value.variables or not value.variables.isdisjoint("sva"):
-        return ()
+    return () if value.variables.isdisjoint(ANGLES) or value.variables & MOVED else peaks_of(value, begin, length, None)
+
+
+def peaks_of(value: Expression, begin: float, length: float, motion: Motion | None) -> tuple[float, ...]:
+    """The same of one that hangs on the motion too: within a range that is held to move by a quarter more than its ends
+    and middle say."""
+
+    def known(angle: Floats) -> dict[str, Floats]:
+        turned = np.mod(angle, TURN)
+        found = {"phi": turned, "theta": turned, "deg": np.degrees(turned)}
+        return found if motion is None else {**found, **dict(zip("sva", motion(turned)))}
 
     def at(angle: Floats) -> Floats:
         with np.errstate(all="ignore"):
-            turned = np.mod(angle, TURN)
-            found = np.broadcast_to(value.of({"phi": turned, "theta": turned, "deg": np.degrees(turned)}), angle.shape)
-        return np.where(np.isfinite(found), np.abs(found), 0.0)
+            return np.array(np.broadcast_to(value.of(known(angle)), angle.shape))
 
-    whole = np.linspace(begin, begin + length, max(2, math.ceil(length / SEEN)) + 1)
-    whole = np.unique(np.r_[whole, [TURN] if begin < TURN < begin + length else []])
-    low, high = whole[:-1], whole[1:]
-    # An end may lie on a pole: a tangent has 1.6e16 beside the one at a right angle.
-    known, ends, peaks = float(at(0.5 * (low + high)).max()), at(whole), list[float]()
-    known = max(known, float(ends[ends <= END * known].max(initial=0.0)))
-    seen, narrow = 0, (0.0, 0.0)
-    while len(low) and (seen := seen + len(low)) <= MOST_RANGES:
-        least, most = enclosed(value.steps, low, high)
-        size = np.maximum(-least, most)
-        wide = ~(size <= BEYOND * known) & (high - low > POINT)
-        low, high = low[wide], high[wide]
+    def moved(low: Floats, high: Floats) -> dict[str, Range]:
+        if motion is None:
+            return {}
+        every = motion(np.mod(np.stack([low, 0.5 * (low + high), high]), TURN))
+        ends = [(one.min(axis=0), one.max(axis=0)) for one in every]
+        return {name: (low - 0.25 * (high - low), high + 0.25 * (high - low)) for name, (low, high) in zip("sva", ends)}
+
+    count = max(2, math.ceil(length / SEEN))
+    edges = begin + length * (np.arange(count) + ASIDE) / count
+    edges = np.r_[begin + INSIDE * length, edges, begin + (1.0 - INSIDE) * length]
+    edges = np.unique(np.r_[edges, [TURN] if begin < TURN < begin + length else []])
+    seen = at(edges)
+    least, most = (f(seen[:-1], seen[1:]) for f in (np.fmin, np.fmax))
+    low, high, allowed = edges[:-1], edges[1:], BEYOND * float(np.nanmax(np.abs(seen), initial=0.0))
+    looked, narrow, peaks = 0, (0.0, 0.0), _alone(edges, seen, allowed)
+    while len(low):
+        under, over = enclosed(value.steps, low, high, moved(low, high))
+        wide = ~((under >= least - allowed) & (over <= most + allowed)) & (high - low > POINT)
+        if (looked := looked + len(low)) > MOST_RANGES:
+            wide &= ~(np.isfinite(under) & np.isfinite(over))
+        low, high, least, most = low[wide], high[wide], least[wide], most[wide]
         middle = 0.5 * (low + high)
         found = at(middle)
-        for far in np.flatnonzero(found > BEYOND * known):
+        if len(none := np.flatnonzero(~np.isfinite(found))):
+            _refuse(value, f"has no finite value at cam angle {_shown(middle[none[0]])} deg")
+        allowed = max(allowed, BEYOND * float(np.abs(found).max(initial=0.0)))
+        beyond = np.fmax(found - most, least - found)
+        for far in np.flatnonzero(beyond > allowed):
             if high[far] - low[far] < RESOLVED:
-                narrow = max(narrow, (float(found[far]), float(middle[far])))
+                narrow = max(narrow, (abs(float(found[far])), float(middle[far])))
             else:
                 peaks += [low[far], middle[far], high[far]]
-        known = max(known, float(found.max(initial=0.0)))
-        low, high = np.r_[low, middle], np.r_[middle, high]
+        least, most = np.fmin(least, found), np.fmax(most, found)
+        low, high, least, most = np.r_[low, middle], np.r_[middle, high], np.r_[least, least], np.r_[most, most]
     if narrow[0]:
-        raise ProfileError([Problem(
-            value.key, f"has a pole, or a peak narrower than {math.degrees(RESOLVED):.2g} deg, at cam angle "
-            f"{math.degrees(narrow[1]) % 360.0:.6g} deg, where it reaches {narrow[0]:.4g}", value.text,
-            hint="limit its range of cam angle, or give a table")])  # fmt: skip
+        what = f"has a pole, or a peak narrower than {math.degrees(RESOLVED):.2g} deg, at cam angle"
+        _refuse(value, f"{what} {_shown(narrow[1])} deg, where it reaches {narrow[0]:.4g}")
     return tuple(sorted({float(x) if x <= TURN else float(x) - TURN for x in peaks}))
 
 
-def enclosed(steps: Sequence[Step], low: Floats, high: Floats) -> Range:
-    """Between which values an expression of the cam angle stays over ranges of it, rad, within a turn; infinite where
-    it may have none."""
+def _alone(edges: Floats, seen: Floats, allowed: float) -> list[float]:
+    """Angles at which a value stands out from both beside it, and beside which others may look for it in vain."""
+    both = np.stack([seen[:-2], seen[2:]])
+    out = np.fmax(seen[1:-1] - both.max(axis=0), both.min(axis=0) - seen[1:-1]) > allowed
+    at = edges[1:-1][out]
+    return [float(x) for x in np.r_[at - 0.25 * SEEN, at, at + 0.25 * SEEN] if edges[0] < x < edges[-1]]
+
+
+def _shown(angle: float) -> str:
+    return f"{math.degrees(angle) % 360.0:.6g}"
+
+
+def _refuse(value: Expression, why: str) -> NoReturn:
+    hint = "limit its range of cam angle, or give a table"
+    raise ProfileError([Problem(value.key, why, value.text, hint=hint)])
+
+
+def enclosed(steps: Sequence[Step], low: Floats, high: Floats, moved: Mapping[str, Range] | None = None) -> Range:
+    """Between which values an expression stays over ranges of the cam angle, rad, within a turn; infinite, or no
+    number, where it may have none. moved: of what it hangs on beside that."""
     first, last = np.mod(low, TURN), np.mod(low, TURN) + (high - low)
     stack: list[Range] = []
     with np.errstate(all="ignore"):
         for kind, name, number in steps:
             if kind == "number":
                 stack.append((np.full_like(low, number),) * 2)
+            elif kind == "variable" and moved and name in moved:
+                stack.append(moved[name])
             elif kind == "variable":
                 scale = 180.0 / math.pi if name == "deg" else 1.0
                 stack.append((scale * first, scale * last))
@@ -110,15 +154,15 @@ def _taken(name: str, arguments: list[Range]) -> Range:
         for low, high in arguments[1:]:
             least, most = which(least, low), which(most, high)
         return least, most
-    found = _STEPS[name](*arguments) if name in _STEPS else _rising(_RISING[name], *arguments)
-    # What is none may be anything.
-    return np.where(np.isnan(found[0]), -np.inf, found[0]), np.where(np.isnan(found[1]), np.inf, found[1])
+    return _STEPS[name](*arguments) if name in _STEPS else _rising(_RISING[name], *arguments)
 
 
 def _rising(function: Callable[[Floats], Floats], x: Range) -> Range:
-    """Of a function that rises over all of where it has values; beyond there the nearest that it has."""
+    """Of a function that rises over all of where it has values; no number where a range leaves that."""
     low, high = (-1.0, 1.0) if function is np.arcsin else (0.0 if function in _OF_POSITIVE else -np.inf, np.inf)
-    return function(np.clip(x[0], low, high)), function(np.clip(x[1], low, high))
+    inside = (x[0] >= low) & (x[1] <= high)
+    least, most = function(np.clip(x[0], low, high)), function(np.clip(x[1], low, high))
+    return np.where(inside, least, np.nan), np.where(inside, most, np.nan)
 
 
 def _negative(x: Range) -> Range:
@@ -132,7 +176,8 @@ def _add(x: Range, y: Range) -> Range:
 def _of_ends(function: Callable[[Floats, Floats], Floats], x: Range, y: Range) -> Range:
     """Of a function whose extremes are at ends of both ranges; 0 times infinity is 0, the end being none itself."""
     each = np.stack([function(a, b) for a in x for b in y])
-    each[np.isnan(each)] = 0.0
+    none = np.isnan(np.stack([*x, *y])).any(axis=0)
+    each[np.isnan(each) & ~none] = 0.0
     return each.min(axis=0), each.max(axis=0)
 
 
@@ -151,12 +196,14 @@ def _power(x: Range, y: Range) -> Range:
     exponent = y[0]
     whole, even = exponent == np.round(exponent), np.mod(exponent, 2.0) == 0.0
     low, high = (np.where(whole, end, np.maximum(end, 0.0)) for end in x)
+    outside = ~whole & (x[0] < 0.0)
     ends = np.stack([np.power(low, exponent), np.power(high, exponent)])
     least, most = ends.min(axis=0), ends.max(axis=0)
     through = (low <= 0.0) & (high >= 0.0)
     least = np.where(through & even & (exponent > 0.0), 0.0, least)
     pole = through & (exponent < 0.0)
-    return np.where(pole, -np.inf, least), np.where(pole, np.inf, most)
+    least, most = np.where(pole, -np.inf, least), np.where(pole, np.inf, most)
+    return np.where(outside, np.nan, least), np.where(outside, np.nan, most)
 
 
 def _absolute(x: Range) -> Range:
@@ -171,8 +218,9 @@ def _wave(x: Range, crest: float, function: Callable[[Floats], Floats]) -> Range
     def passed(place: float) -> npt.NDArray[np.bool_]:
         return np.asarray(~(np.floor((x[1] - place) / TURN) < np.ceil((x[0] - place) / TURN)))
 
-    return (np.where(passed(crest + math.pi), -1.0, ends.min(axis=0)),
-            np.where(passed(crest), 1.0, ends.max(axis=0)))  # fmt: skip
+    none = np.where(np.isnan(x[0]) | np.isnan(x[1]), np.nan, 0.0)
+    return (np.where(passed(crest + math.pi), -1.0, ends.min(axis=0)) + none,
+            np.where(passed(crest), 1.0, ends.max(axis=0)) + none)  # fmt: skip
 
 
 def _tan(x: Range) -> Range:
@@ -190,14 +238,15 @@ def _hypot(x: Range, y: Range) -> Range:
 
 
 def _atan2(y: Range, x: Range) -> Range:
-    """Anything but right of the origin, where its extremes are at the ends."""
-    right = x[0] > 0.0
+    """Its extremes are at the ends but where a range goes over the left half of the axis, or the origin."""
+    over = (x[0] <= 0.0) & (y[0] <= 0.0) & (y[1] >= 0.0)
     least, most = _of_ends(np.arctan2, y, x)
-    return np.where(right, least, -math.pi), np.where(right, most, math.pi)
+    return np.where(over, -math.pi, least), np.where(over, math.pi, most)
 
 
 def _acos(x: Range) -> Range:
-    return np.arccos(np.clip(x[1], -1.0, 1.0)), np.arccos(np.clip(x[0], -1.0, 1.0))
+    least, most = _rising(np.arcsin, x)
+    return 0.5 * math.pi - most, 0.5 * math.pi - least
 
 
 _OF_POSITIVE = (np.sqrt, np.log, np.log10)

@@ -20,6 +20,7 @@ from pydantic_core import CoreSchema, core_schema
 from camgeom.cams import Cam
 from camgeom.errors import DesignError, NotConverged, Problem, ProfileError
 from camgeom.keys import Section
+from camgeom.maths import Floats
 from camgeom.profile.idle import idle_problems, idle_way
 from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of
 from camgeom.profile.reader import Reader, first_of
@@ -513,9 +514,16 @@ def _forces(
         return
     theta, omega = np.linspace(0.0, TURN, 721), speed * TURN / 60.0
     s, v, a = setup.program.jet(theta, 2)
+
+    def moving(angle: Floats) -> tuple[Floats, Floats, Floats]:
+        lift, slope, bend = setup.program.jet(angle, 2)
+        return lift, omega * slope, omega * omega * bend
+
     for index, force in enumerate(forces):
         try:
-            force.applied(f"{place}.force[{index}].expression")(theta, s, omega * v, omega * omega * a)
+            applied = force.applied(f"{place}.force[{index}].expression")
+            applied(theta, s, omega * v, omega * omega * a)
+            applied.refuse_narrow(moving)
         except ProfileError as error:
             yield from error.problems
 

@@ -46,6 +46,8 @@ def test_every_value_lies_in_its_enclosure(text: str, low: float, width: float) 
     slack = 1e-9 * max(1.0, float(np.abs(finite).max(initial=0.0)))
     assert not (finite < least - slack).any(), (least, finite.min())
     assert not (finite > most + slack).any(), (most, finite.max())
+    # Where there is none, they say that there may be none.
+    assert np.isfinite(found).all() or not (math.isfinite(least) and math.isfinite(most))
 
 
 def peaks(text: str, begin: float, length: float) -> tuple[float, ...]:
@@ -64,7 +66,9 @@ def pressed(expression: str, begin: float = 80.0, until: float = 110.0) -> camge
     [
         ("0.01/abs(phi-1.66667)", "95.493"), ("1e-9/(phi-1.66666666666667)", "95.493"), ("1e-3/(phi-1.7)**2", "97.40"),
         ("tan(phi)", "90"), ("5/sin(10*(phi-1.6))", "91.67"), ("1/(phi-1.5)**3 - 1/(phi-1.55)", "88.8|85.9"),
-        ("1e6*exp(-((phi-1.66)/1e-5)**2)", "95.11"), ("1/log(phi-0.6)", "91.67"),
+        ("1e6*exp(-((phi-1.6637)/1e-5)**2)", "95.32"), ("0.01/abs(phi-1.66667)+0*s", "95.493"), ("100/(s-18.5)", "8"),
+        ("30/(v-400)", "9"), ("1/log(phi-0.6)", "91.67"),
+        ("100+0.01/abs(deg-98.03351)+(deg**6-deg**6)", "98.03"), ("200+tan(phi)-1e-3/(deg-100)", "90|100"),
     ],
 )  # fmt: skip
 def test_a_pole_is_refused_with_its_angle(expression: str, angle: str) -> None:
@@ -85,12 +89,31 @@ def test_a_narrow_peak_is_found(width: float, centre: float) -> None:
 @pytest.mark.parametrize(
     "expression",
     ["sin(phi-1.6)/(phi-1.6)", "sign(phi-1.6)*30", "floor(10*phi)", "30*tanh(1e7*(phi-1.7))", "100*s+v", "40",
+     "1000*(1-cos(phi-1.57))/(phi-1.57)**2", "1000*exp(30*(deg-110))", "asin(sin(phi))", "tan(phi-0.4)",
+     "12.1-0.3*deg+0.02*deg**2-3e-4*deg**3+2e-6*deg**4-6e-9*deg**5+6.1e-12*deg**6",
      "120 * sin(6 * (phi - 80 * pi / 180)) ** 2", "30*phi**7-200*phi**6+5*phi**3", "log(phi)", "exp(3*phi)"],
 )  # fmt: skip
 def test_what_is_bounded_is_left_as_it_is(expression: str) -> None:
     """Jumps are, and a place of 0/0 beside which nothing grows; forces of the motion are not looked into."""
     assert peaks(expression, 80.0, 30.0) == ()
     assert np.isfinite(pressed(expression).load.sampled().force).all()
+
+
+@pytest.mark.parametrize("size", [990.0, 1000.0, 1100.0])
+@pytest.mark.parametrize("centre", [95.1037, 97.4028, 96.0])
+@pytest.mark.parametrize("width", [0.012, 0.02, 0.1])
+def test_a_peak_is_found_beside_a_force_as_large(size: float, centre: float, width: float) -> None:
+    """One of -990 N, 0.033 degrees wide, was passed by beside 1000 N elsewhere."""
+    text = f"1000*max(0,sign(deg-115))*max(0,sign(140-deg))-{size}*exp(-((deg-{centre})/{width})**2)"
+    held, alone = (pressed(one, 0.0, 360.0).load.sampled() for one in (text, "0"))
+    low = float(held.force.min()) - float(alone.force.min())
+    assert -1.05 * size < low < -0.7 * size
+
+
+@pytest.mark.parametrize("text", ["100+0*sqrt(abs(phi-1.6)-1e-5)", "asin(1.00001*sin(phi))", "log(abs(phi-1.6)-1e-4)"])
+def test_an_angle_without_a_value_is_told(text: str) -> None:
+    with pytest.raises(ProfileError, match=r"has no finite value at cam angle (89|9[01])"):
+        pressed(text)
 
 
 def test_a_range_past_the_turn_s_end_is_looked_through() -> None:
