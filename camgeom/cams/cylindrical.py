@@ -38,7 +38,7 @@ class Cylindrical(Cam):
     """A drum 0 <= z <= length with one groove (or rib); the roller reaches in radially from the +X side."""
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("translating", "swinging")
-    MOST_PIECES: ClassVar[int] = 4_000
+    MOST_PIECES: ClassVar[int] = 3_000
     MOST_STEPPED: ClassVar[int] = 1_000
     STATIONS: ClassVar[bool] = True
     TRACKS: ClassVar[tuple[str, ...]] = ("start", "groove_depth", "pitch_radius", "running_clearance", "root_radius")

@@ -180,7 +180,7 @@ def _limits(data: dict[str, Any]) -> list[str]:
         kept = f"{100.0 * found['yield']:.4g} % of the machines"
         return [f"widest tolerances: they hold the limits in {kept} at the least cost"]
     if "widest_reason" in data:
-        return [f"widest tolerances: wider than can be told; {data['widest_reason']}"]
+        return [f"widest tolerances: {data['widest_reason']}"]
     if "widest" in data:
         why = "none hold the limits; what is left without errors breaks them, or no error reaches them"
         return [f"widest tolerances: {why}"]

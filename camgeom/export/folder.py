@@ -44,6 +44,7 @@ _TOLD, _TOLD_OF_EACH = {"name", "command", "version", "design"}, {"name", "versi
 _STAGED = re.compile(r"\.camgeom-[0-9a-f]{16}\.part")
 _HALF = re.compile(rf"\.({'|'.join(map(re.escape, MANIFESTS))})\.[0-9a-f]{{16}}\.part")
 """a manifest that a killed run was writing: nobody else writes one where another is alone in the folder"""
+_EARLIER = re.compile(rf"{PREVIOUS}(\.[0-9]+)?")
 _LONGEST = 100
 """letters of the name of a folder of earlier files"""
 _MOST = 10_000_000
@@ -210,7 +211,10 @@ class RunFolder:
             if _STAGED.fullmatch(place.name) and place.is_dir() and (lock := _hold(place)) is not None:
                 shutil.rmtree(place, ignore_errors=True)
                 os.close(lock)
-        for place in (*self.folder.iterdir(), *self.folder.glob(f"{PREVIOUS}*/.*.part")):
+        earlier = [one for one in self.folder.glob(f"{PREVIOUS}*") if _EARLIER.fullmatch(one.name)]
+        # Of a folder that is another run's own, or somewhere else, somebody else may be the writer.
+        ours = [one for one in earlier if not one.is_symlink() and "command" not in read_manifest(one)]
+        for place in (path for folder in (self.folder, *ours) for path in folder.glob(".*.part")):
             if _HALF.fullmatch(place.name) and place.is_file():
                 with suppress(OSError):
                     place.unlink()

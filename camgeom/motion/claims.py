@@ -22,8 +22,10 @@ MEASURED, KEPT, SMALL, ROUNDING = 3, 1e-6, 1e-3, 1e-14
 """a piece that says it keeps derivatives of the one before is believed but for the lowest ones, of which it may miss
 a share, and more where rounding of short pieces explains it, up to the second share"""
 CANCELLED, PLACES = 0.01, 9
-"""share of a derivative, sought at so many places of each piece, that its terms may leave below what counts as a jump:
-those that cancel each other would hide any"""
+"""share of the largest derivative, sought at so many places of each piece, that steps may come to which are said to be
+none"""
+DIGITS = 64.0 * float(np.finfo(np.float64).eps)
+"""share of the sum of its terms to which a derivative is known"""
 APART = 1e-12
 """share of the travel by which its pieces may fail to meet"""
 TRUE_TO = 5e-4
@@ -38,7 +40,7 @@ def guarded(name: str, factory: Factory, /, *ends: Ends, **params: ParamValue) -
     """The pieces of a law from outside of the package; ProfileError, and nothing else, where they are none."""
     try:
         pieces = [_sound(piece) for piece in islice(factory(*ends, **params), MOST_PIECES + 1)]
-        _refuse_unsound(pieces)
+        _refuse_unsound(pieces, bool(ends))
         pieces[0] = replace(pieces[0], kept=-1)  # what is before the first one is none of the law's
         return finish(pieces, ends[0].lift if ends else 1.0)
     except (MemoryError, KeyboardInterrupt):
@@ -70,7 +72,7 @@ def _number(given: object) -> float:
     return number
 
 
-def _refuse_unsound(pieces: Sequence[Piece]) -> None:
+def _refuse_unsound(pieces: Sequence[Piece], joins: bool) -> None:
     """Raise ValueError where they are not pieces from 0 to 1 of one motion that can be computed with."""
     if not 0 < len(pieces) <= MOST_PIECES:
         raise ValueError("it has no pieces" if not pieces else f"it has more than {MOST_PIECES} pieces")
@@ -93,14 +95,32 @@ def _refuse_unsound(pieces: Sequence[Piece]) -> None:
             rounding = ROUNDING * lift * math.factorial(order) / min(_width(before), _width(after)) ** order
             if order <= after.kept and _step(before, after, order) > min(SMALL * most, KEPT * most + rounding):
                 raise ValueError(f"derivative {order} jumps at {after.start:.6g}, where a piece says that it is kept")
-    table = PieceTable.of(pieces)
-    index = np.repeat(np.arange(len(pieces)), PLACES)
-    found = np.abs(table.at(index, np.linspace(table.first_u, table.last_u, PLACES, axis=1).ravel(), MEASURED))
-    hidden = JUMP_TOLERANCE * 2.0 * table.bounds(MEASURED).max(axis=1)
-    lost = ~(hidden <= CANCELLED * np.maximum(found.max(axis=1), lift))
-    if lost.any():
-        which = int(np.argmax(lost))
-        raise ValueError(f"its powers and waves cancel each other: too few digits of derivative {which} are left")
+    _refuse_hidden(PieceTable.of(pieces), lift, joins)
+
+
+def _refuse_hidden(table: PieceTable, lift: float, joins: bool) -> None:
+    """Raise ValueError where terms that cancel each other leave too few digits, or raise what counts as rounding beyond
+    a jump between pieces or at an end, or where many small steps that are said to be none come to one."""
+    every = np.arange(len(table))
+    places = np.linspace(table.first_u, table.last_u, PLACES, axis=1).ravel()
+    most = np.maximum(np.abs(table.at(np.repeat(every, PLACES), places, MEASURED)).max(axis=1), lift)
+    bounds = table.bounds(MEASURED)
+    if (lost := DIGITS * bounds.max(axis=1) > SMALL * most).any():
+        raise ValueError(f"its terms cancel each other: too few digits of derivative {int(np.argmax(lost))} are left")
+    first, last = (table.limit(every, MEASURED, end) for end in ("first", "last"))
+    steps, around = np.abs(first[:, 1:] - last[:, :-1]), bounds[:, 1:] + bounds[:, :-1]
+    where = table.edges[1:-1]
+    if not joins:  # a dwell is beside it, where all derivatives are 0
+        ends = np.abs(np.stack([first[:, 0], last[:, -1]], axis=1))
+        ends[0] = 0.0
+        steps, around = np.hstack([steps, ends]), np.hstack([around, bounds[:, [0, -1]]])
+        where = np.r_[where, 0.0, 1.0]
+    order, at = np.nonzero((steps <= JUMP_TOLERANCE * around) & (steps > SMALL * most[:, None]))
+    if len(order):
+        raise ValueError(f"derivative {order[0]} jumps at {where[at[0]]:.6g}, hidden by terms that cancel each other")
+    for r in range(1, MEASURED + 1):
+        if float(steps[r, : len(table) - 1][table.kept[1:] >= r].sum()) > CANCELLED * most[r]:
+            raise ValueError(f"derivative {r} changes in steps, where pieces say that it is kept")
 
 
 def _step(before: Piece, after: Piece, order: int) -> float:

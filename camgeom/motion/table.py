@@ -315,6 +315,11 @@ class PieceTable:
         steps[known | (np.abs(steps) <= JUMP_TOLERANCE * (bounds[:, before] + bounds[:, after]) + LEAST_JUMP)] = 0.0
         return steps
 
+    def content(self) -> bytes:
+        """All that makes it: tables of the same content move alike."""
+        blocks = [array.tobytes() for block in self._blocks for array in block]
+        return b"".join([self.edges.tobytes(), self.first_u.tobytes(), self._block_of.tobytes(), *blocks])
+
     def bounds(self, order: int) -> Floats:
         """Upper bounds (order + 1, p) of the derivatives on each piece."""
         reach = np.maximum(np.abs(self.first_u), np.abs(self.last_u))

@@ -20,6 +20,8 @@ from camgeom.tolerance.study import ToleranceStudy, tolerance_data
 ALONE, TRIAL = 4096, 20_480
 """machines drawn with one error, and with all, in a round of the search for the widest tolerances"""
 ROUNDS, SETTLING = 4, 16
+WIDEST = 4.0
+"""times what one drawing may take that the places of all drawings in that search may (8 s: 32 s)"""
 NEAR = 0.995
 """share of a limit that counts as reached"""
 NOTHING = 1e-6
@@ -70,6 +72,20 @@ class MachineStudy:
         return float(np.mean(self.ratios <= 1.0))
 
     @cached_property
+    def unpaid(self) -> str:
+        """Why the widest tolerances are not sought: each drawing of others has its own places; empty where they are."""
+        given, spent = self._given, WIDEST * self.followers[0].spent()
+        drawings = ROUNDS * len(given[0]) + SETTLING
+        each = sum(count * one for count, one in (one.machines(own).places for one, own in zip(self.followers, given)))
+        if drawings * each <= spent * len(self.followers):
+            return ""
+        return (
+            f"some {drawings} drawings of machines, {each:.2g} s of one core before the first machine of each, would "
+            f"take more than the {spent * len(self.followers):.3g} s that are spent on them: fewer segments of the "
+            "motion, or errors"
+        )
+
+    @cached_property
     def widest(self) -> Widest | None:
         """The widest tolerances for the wanted yield: least sum of cost over tolerance (`[tolerance.cost]`).
 
@@ -78,7 +94,7 @@ class MachineStudy:
         The common factor is found by drawing all machines again. None where no limit is given, or none can be held.
         """
         spec = self.followers[0].spec
-        if spec is None or not self.limited or not self.followers[0].causes:
+        if spec is None or not self.limited or not self.followers[0].causes or self.unpaid:
             return None
         wanted, given = spec.wanted_yield, self._given
         shares = dict.fromkeys((key for each in given for key in each), 1.0)
@@ -176,7 +192,9 @@ def machine_data(study: MachineStudy, with_widest: bool = False) -> dict[str, An
         told = found is not None and not found.beyond
         data["widest"] = {"yield": found.reached, "tolerances": dict(found.values)} if found and told else None
         if found is not None and found.beyond:
-            data["widest_reason"] = found.beyond
+            data["widest_reason"] = f"wider than can be told; {found.beyond}"
+        elif study.unpaid:
+            data["widest_reason"] = f"not sought; {study.unpaid}"
     return data
 
 

@@ -386,10 +386,15 @@ class Machines:
         """s of one core that a machine takes where the pressure is asked."""
         return STATION * sum(len(position.near) for position, _ in self._hard)
 
+    @cached_property
+    def places(self) -> tuple[int, float]:
+        """At how many places machines are judged, at most, and s of one core of each before the first machine."""
+        theta, dwells, _ = self._angles
+        return len(theta) + (dwells or len(theta)) * (self._stops - 1), PLACE + A_NUMBER * len(self.columns)
+
     def _refuse_many(self) -> None:
         """Raise NotConverged, with the figures, where machines would be judged at more places than are paid for."""
-        theta, dwells, _ = self._angles
-        places, each = len(theta) + (dwells or len(theta)) * (self._stops - 1), PLACE + A_NUMBER * len(self.columns)
+        places, each = self.places
         if places * each > self.spent:
             stops = f", those of rest at {self._stops} stops each" if self._stops > 1 else ""
             raise NotConverged(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
-from math import pi, sin
+from math import comb, pi, sin
 from pathlib import Path
 
 import pytest
@@ -20,6 +20,7 @@ from camgeom.motion import LAWS, Program, Segment, make
 from camgeom.motion.claims import TRUE_TO, guarded
 from camgeom.motion.law import Ends, finish
 from camgeom.motion.own import load_laws, loaded_files
+from camgeom.motion.table import Piece
 from camgeom.profile import read_data
 from tests.places import PROFILES, ROOT
 
@@ -231,7 +232,7 @@ def starts():
     assert {jump.order for jump in found.setup.program.continuity.jumps} >= {2}
 
 
-@pytest.mark.parametrize(("size", "refused"), [(0.0, False), (0.001, False), (0.003, True), (2e3, True)])
+@pytest.mark.parametrize(("size", "refused"), [(0.0, False), (0.003, False), (20.0, False), (2e3, True), (4e5, True)])
 def test_terms_that_cancel_hide_no_jump(tmp_path: Path, size: float, refused: bool) -> None:
     """Simple harmonic motion with two waves that cancel each other: its jumps were below what the sum of their sizes
     may round to, and it passed as smooth."""
@@ -245,10 +246,38 @@ def harmonic():
             Piece(0.5, 1.0, 1.0, (1.0,), ((pi, 0.5, 0.0), *{hide}))]
 """
     if refused:
-        with pytest.raises(ProfileError, match="cancel each other: too few digits of derivative"):
+        with pytest.raises(ProfileError, match=r"hidden by terms that cancel each other|too few digits"):
             load_laws(written(tmp_path, text))
         return
     load_laws(written(tmp_path, text))
+
+
+@pytest.mark.parametrize(("order", "refused"), [(8, False), (10, False), (25, True)])
+def test_a_power_law_of_many_digits_is_known(order: int, refused: bool) -> None:
+    """The smoothest power law of a degree, in one piece: its terms cancel, and leave digits up to a degree."""
+    powers = [0.0] * (order + 1)
+    powers += [(-1) ** k * comb(order + k, k) * comb(2 * order + 1, order - k) for k in range(order + 1)]
+    piece = Piece(0.0, 1.0, 0.0, tuple(map(float, powers)))
+    if refused:
+        with pytest.raises(ProfileError, match="too few digits of derivative"):
+            guarded("own", lambda: [piece])
+        return
+    assert guarded("own", lambda: [piece])
+
+
+def test_many_small_steps_are_a_jump() -> None:
+    """Velocity rises from 0.5 to 3.5 within 8e-9 of the travel, in pieces that say it is kept."""
+    count, width, at = 2000, 4e-12, 0.5
+    pieces, lift, speed = [Piece(0.0, at, 0.0, (0.0, 0.5))], 0.5 * at, 0.5
+    for k in range(count):
+        speed += 3.0 / count
+        pieces.append(Piece(at + k * width, at + (k + 1) * width, at + k * width, (lift, speed), (), 2))
+        lift += speed * width
+    end = at + count * width
+    rest = (1.0 - lift) / (1.0 - end)
+    pieces.append(Piece(end, 1.0, end, (lift, speed, (rest - speed) / (1.0 - end)), (), 1))
+    with pytest.raises(ProfileError, match=r"derivative 1 (changes in steps|jumps)"):
+        guarded("own", lambda: pieces)
 
 
 def test_a_law_s_helper_makes_another_design(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -261,7 +290,7 @@ def test_a_law_s_helper_makes_another_design(tmp_path: Path, monkeypatch: pytest
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
     text = f"{HEAD}import helper_of_a_law\n" + cubic(body="helper_of_a_law.pieces()").removeprefix(HEAD)
     digests = []
-    for more in ("0.", "1e-9"):
+    for more in ("0.", "1e-14"):
         pieces = f"[Piece(0., 1., 0., (0., 0., 3. + {more}, -2. - {more}))]"
         helper = f"from camgeom import Piece\ndef pieces():\n    return {pieces}\n"
         (tmp_path / "helper_of_a_law.py").write_text(helper)

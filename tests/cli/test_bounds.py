@@ -420,7 +420,7 @@ def test_what_several_tracks_follow_is_told_of_the_tracks() -> None:
 
 @pytest.mark.parametrize(
     ("name", "most"),
-    [("fine_indexer", 2_200), ("parallel_index", 1_500), ("linear_groove", 6_500), ("pin_insertion", 4_000),
+    [("fine_indexer", 1_500), ("parallel_index", 1_500), ("linear_groove", 6_500), ("pin_insertion", 3_000),
      ("conical_guide", 2_000), ("end_face_lifter", 5_000), ("disc_flat_face", 5_000)],
 )
 @pytest.mark.parametrize("more", [0, 1])
@@ -461,5 +461,5 @@ def test_pieces_of_all_tracks_count_together() -> None:
     shared = {**data, "motion": motion, "track": ({"angle": 180.0},) if "motion" not in track else (track,)}
     assert from_data({**shared, "track": ({"angle": 180.0},)})._pieces == 900
     many = tuple({"angle": 60.0 * k} for k in range(1, 5))
-    with pytest.raises(ProfileError, match=r"motion: too many pieces .*, of all tracks \(found 4500\).*at most 4000"):
+    with pytest.raises(ProfileError, match=r"motion: too many pieces .*, of all tracks \(found 4500\).*at most 3000"):
         from_data({**shared, "track": many})

@@ -333,6 +333,22 @@ def test_a_manifest_that_a_kill_left_half_written_goes_with_the_next_run(half: P
     )
 
 
+def test_half_written_manifests_of_others_are_theirs(tmp_path: Path) -> None:
+    """Those behind a link, in a run's own folder and in one whose name begins alike were cleared."""
+    place, half_written = tmp_path / "o", f".{MANIFEST}.0123456789abcdef.part"
+    (tmp_path / "elsewhere").mkdir()
+    run(place, {"cam.stl": "one"})
+    (place / "previous").symlink_to(tmp_path / "elsewhere")
+    (place / "previous-designs").mkdir()
+    run(place / "previous.1", {"cam.stl": "own"})
+    kept = [place / name / half_written for name in ("previous", "previous-designs", "previous.1")]
+    for path in (*kept, place / half_written):
+        path.write_text("{")
+    run(place, {"cam.stl": "two"})
+    assert all(path.exists() for path in kept)
+    assert not (place / half_written).exists()
+
+
 def test_a_file_that_must_not_be_replaced_is_named(half: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The folder was said to be write-protected."""
     ask = os.access

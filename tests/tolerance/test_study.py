@@ -513,6 +513,17 @@ def test_places_of_many_segments_are_refused_before_any_is_made(paid: float) -> 
         few.drawn(1000)
 
 
+@pytest.mark.parametrize("times", [0.0, 1e6])
+def test_the_widest_tolerances_of_many_places_are_not_sought(times: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each of some forty drawings has its places anew: 100 moves of the tool changer took 87 s."""
+    from camgeom.tolerance import machine
+
+    monkeypatch.setattr(machine, "WIDEST", times)
+    found = whole_data(Model(parse(ALONG.format(value=0.01, limit=40) + "samples = 2000\n")).machine_tolerances)
+    assert (found["widest"] is None) == (not times)
+    assert found.get("widest_reason", "").startswith("not sought; some 20 drawings") == (not times)
+
+
 def test_what_presses_is_asked_at_so_many_angles(monkeypatch: pytest.MonkeyPatch) -> None:
     pressed = model("linear_groove").tolerances
     count = len(pressed.sensitivities.theta)

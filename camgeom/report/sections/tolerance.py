@@ -38,7 +38,7 @@ def tolerance(model: Model) -> tuple[Block, ...]:
     blocks += [_together(data, unit, kept), _spread(study, unit), _parts(data), _alone(data, unit)]
     blocks.append(_over_the_turn(study, unit))
     if "widest_reason" in machine:
-        blocks.append(Text((f"Widest tolerances: wider than can be told; {machine['widest_reason']}",)))
+        blocks.append(Text((f"Widest tolerances: {machine['widest_reason']}",)))
     if data.get("wear"):
         worn: tuple[tuple[Cell, ...], ...] = tuple(
             (row["wear_um"], row["preload_um"], 100.0 * row["still_preloaded"]) for row in data["wear"]
