@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.track import TURN
 
 if TYPE_CHECKING:
@@ -77,10 +77,10 @@ def peaks_of(value: Expression, begin: float, length: float, motion: Motion | No
     count = max(2, math.ceil(length / SEEN))
     edges = begin + length * (np.arange(count) + ASIDE) / count
     edges = np.r_[begin + INSIDE * length, edges, begin + (1.0 - INSIDE) * length]
-    edges = np.unique(np.r_[edges, [TURN] if begin < TURN < begin + length else []])
+    edges = distinct(np.r_[edges, [TURN] if begin < TURN < begin + length else []])
     seen = at(edges)
     least, most = (f(seen[:-1], seen[1:]) for f in (np.fmin, np.fmax))
-    low, high, allowed = edges[:-1], edges[1:], BEYOND * float(np.nanmax(np.abs(seen), initial=0.0))
+    low, high, allowed = edges[:-1], edges[1:], BEYOND * float(np.fmax.reduce(np.abs(seen), initial=0.0))
     looked, narrow, peaks = 0, (0.0, 0.0), _alone(edges, seen, allowed)
     while len(low):
         under, over = enclosed(value.steps, low, high, moved(low, high))
