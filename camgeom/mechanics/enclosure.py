@@ -34,8 +34,8 @@ BEYOND = 0.05
 """share of the largest force by which a peak rises above what is seen round about"""
 ASIDE, INSIDE = 0.381966, 1e-7
 """of a step, so that no angle of a round number of degrees is looked at, where a pole may lie; of the range's ends"""
-MOST_RANGES = 50_000
-"""after which ranges with a bound are left: terms that cancel each other give wide ones"""
+MOST_RANGES, MOST_POLES = 50_000, 200_000
+"""looked into, after which those with a bound are left, and all: terms that cancel each other give wide ones"""
 Range = tuple[Floats, Floats]
 """least and largest values, (n,) each"""
 
@@ -82,7 +82,7 @@ def peaks_of(value: Expression, begin: float, length: float, motion: Motion | No
     least, most = (f(seen[:-1], seen[1:]) for f in (np.fmin, np.fmax))
     low, high, allowed = edges[:-1], edges[1:], BEYOND * float(np.fmax.reduce(np.abs(seen), initial=0.0))
     looked, narrow, peaks = 0, (0.0, 0.0), _alone(edges, seen, allowed)
-    while len(low):
+    while len(low) and looked <= MOST_POLES:
         under, over = enclosed(value.steps, low, high, moved(low, high))
         wide = ~((under >= least - allowed) & (over <= most + allowed)) & (high - low > POINT)
         if (looked := looked + len(low)) > MOST_RANGES:

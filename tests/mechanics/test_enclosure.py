@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,9 @@ from hypothesis import strategies as st
 
 import camgeom
 from camgeom.errors import ProfileError
-from camgeom.mechanics.applied import FUNCTIONS, compile_expression
+from camgeom.maths import Floats
+from camgeom.mechanics import enclosure
+from camgeom.mechanics.applied import FUNCTIONS, Step, compile_expression
 from camgeom.mechanics.enclosure import RESOLVED, enclosed, narrow_peaks
 from camgeom.profile import read_data
 from tests.places import PROFILES
@@ -108,6 +111,18 @@ def test_a_peak_is_found_beside_a_force_as_large(size: float, centre: float, wid
     held, alone = (pressed(one, 0.0, 360.0).load.sampled() for one in (text, "0"))
     low = float(held.force.min()) - float(alone.force.min())
     assert -1.05 * size < low < -0.7 * size
+
+
+def test_what_cannot_be_enclosed_is_left_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    looked, of = list[int](), enclosure.enclosed
+
+    def counted(steps: Sequence[Step], low: Floats, *rest: Any) -> enclosure.Range:
+        looked.append(len(low))
+        return of(steps, low, *rest)
+
+    monkeypatch.setattr(enclosure, "enclosed", counted)
+    assert peaks("1/((deg-deg)+1e-9)", 0.0, 360.0) == ()
+    assert enclosure.MOST_POLES < sum(looked) < 3 * enclosure.MOST_POLES
 
 
 @pytest.mark.parametrize("text", ["100+0*sqrt(abs(phi-1.6)-1e-5)", "asin(1.00001*sin(phi))", "log(abs(phi-1.6)-1e-4)"])
