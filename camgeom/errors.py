@@ -158,6 +158,7 @@ def memory_limits() -> dict[str, int]:
 
 
 NEED_LESS = "fewer segments, states, impact.turns or rows of tables need less"
+"""what to try where memory ran out"""
 
 
 def unmade(error: Exception) -> Unmade:

@@ -38,8 +38,6 @@ MOST_RANGES, MOST_POLES = 50_000, 200_000
 """looked into, after which those with a bound are left, and all: terms that cancel each other give wide ones"""
 Range = tuple[Floats, Floats]
 """least and largest values, (n,) each"""
-
-
 Motion = Callable[[Floats], Sequence[Floats]]
 """lift, velocity and acceleration at cam angles, rad, as forces are given them"""
 

@@ -75,7 +75,8 @@ def law(
     does not answer linearly to its ends names the law that `stand_in`s for it. The first line of
     the docstring is the summary that the list of laws shows. Raises ValueError where the name is taken; of a law from
     outside the package the claims are measured at once, and ProfileError says which does not hold. A parameter cannot
-    have the name of a key that every segment has (ValueError).
+    have the name of a key that every segment has, nor a default beyond its range; a name is 1 to 60 letters, digits and
+    `. _ + -`, a source text of at most 500 characters (ValueError).
     """
     if taken := SEGMENT_KEYS.intersection(parameters):
         raise ValueError(f"a parameter cannot be called {min(taken)!r}: every segment has a key of that name")

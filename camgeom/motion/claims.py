@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import islice, pairwise
 from numbers import Real
-from operator import index as whole
+from operator import index
 
 import numpy as np
 
@@ -62,7 +62,7 @@ def _sound(piece: Piece) -> Piece:
         raise ValueError(f"a piece has no number, or more than {MOST_TERMS} powers or waves")
     waves = [(abs(w), a, b if w > 0.0 else -b) for w, a, b in rows if w != 0.0]
     start, end, anchor = map(_number, (piece.start, piece.end, piece.anchor))
-    return Piece(start, end, anchor, tuple(power), tuple(waves), whole(piece.kept))
+    return Piece(start, end, anchor, tuple(power), tuple(waves), index(piece.kept))
 
 
 def _number(given: object) -> float:

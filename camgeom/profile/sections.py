@@ -75,8 +75,8 @@ class Force(Section):
     until: Degrees = Field(360.0, description="Cam angle where the force ends, degrees; smaller than `from`: past 360")
     expression: str | None = Field(
         None, max_length=2000, description="Force against motion towards larger lift, N (N mm on a swinging follower "
-        "or a turret); variables phi (rad), deg, s (mm, of what turns rad), v (mm/s, rad/s), a (mm/s2, rad/s2); one of "
-        "the angle alone has no pole, and no peak narrower than 0.006 deg")
+        "or a turret); variables phi (rad), deg, s (mm, of what turns rad), v (mm/s, rad/s), a (mm/s2, rad/s2); no "
+        "pole, no peak narrower than 0.006 deg")
     table: Annotated[tuple[tuple[Degrees, Value], ...] | None, BeforeValidator(_rows)] = Field(
         None, max_length=100_000, description="Rows of cam angle (degrees, increasing) and force (N or N mm)")
     interpolation: Literal["linear", "smooth"] = Field(
