@@ -1,16 +1,24 @@
 """`python -m camgeom` and the `camgeom` command: the command line in a process of its own."""
 
+from __future__ import annotations
+
 import gc
 import os
 import signal
 import sys
 from contextlib import suppress
 from importlib import import_module
+from threading import Timer, main_thread
 from threading import enumerate as every_thread
-from threading import main_thread
-from types import ModuleType
+from types import ModuleType, TracebackType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sys import UnraisableHookArgs
 
 LOADER = "pydantic.plugin._loader"
+SWALLOWED = 0.02
+"""s until an interrupt comes again that was swallowed"""
 TRIM_THRESHOLD, MMAP_THRESHOLD = -1, -3
 """of malloc.h: from which size on memory at the top goes back, and from which on an array has a mapping of its own"""
 
@@ -49,6 +57,24 @@ def terminated(*_: object) -> None:
     raise KeyboardInterrupt("SIGTERM")
 
 
+def show(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+    """What ends a command is told by `run` alone: compiled code shows what it swallows as if nobody caught it."""
+    if not issubclass(kind, KeyboardInterrupt):
+        sys.__excepthook__(kind, error, trace)
+
+
+def send_again(swallowed: UnraisableHookArgs) -> None:
+    """An interrupt, or SIGTERM, that came within code that cannot raise (functions of SciPy's Sobol sequences; what an
+    object does when it goes) ended nothing: it comes once more, when that code is left."""
+    if not issubclass(swallowed.exc_type, KeyboardInterrupt):
+        sys.__unraisablehook__(swallowed)
+        return
+    number = signal.SIGTERM if getattr(swallowed.exc_value, "args", ()) else signal.SIGINT
+    again = Timer(SWALLOWED, os.kill, (os.getpid(), number))
+    again.daemon = True
+    again.start()
+
+
 def run() -> int:
     """Run the command line. A command makes classes and arrays and ends: looking for cycles every 700 objects, as is
     the default, takes 4 to 8 % of its time. Its matrices are many and small: threads of the linear algebra, started
@@ -63,6 +89,7 @@ def run() -> int:
     status = None
     if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
         signal.signal(signal.SIGTERM, terminated)
+    sys.excepthook, sys.unraisablehook = show, send_again
     try:
         from camgeom.cli import main
 

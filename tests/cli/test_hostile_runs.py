@@ -94,6 +94,31 @@ def test_a_signal_before_and_after_the_command_leaves_no_trace(early: bool, how:
     assert (done.returncode, done.stdout[: len(out)], done.stderr) == (code, out, err)
 
 
+SWALLOWING = """
+class Going:
+    def __del__(self):
+        os.kill(os.getpid(), signal.{how})
+        os.getpid()
+def main():
+    going = Going()
+    del going
+    for _ in range(1000):
+        time.sleep(0.01)
+    return 0
+import time, camgeom.cli
+camgeom.cli.main = main
+sys.exit(entry.run())
+"""
+
+
+@pytest.mark.parametrize(("how", "code", "said"), [("SIGINT", 130, "interrupted"), ("SIGTERM", 143, "terminated")])
+def test_a_signal_within_code_that_cannot_raise_comes_again(how: str, code: int, said: str) -> None:
+    """A study had loaded the tables of SciPy's Sobol sequences when SIGTERM came: it was printed and went on."""
+    done = subprocess.run([sys.executable, "-c", BEFORE + "\n" + SWALLOWING.format(how=how)], capture_output=True,
+                          text=True, env=ENVIRONMENT, check=False)  # fmt: skip
+    assert (done.returncode, done.stderr) == (code, f"camgeom: {said}\n")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("how", "code", "said"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated")]
