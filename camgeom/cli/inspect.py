@@ -44,7 +44,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     passed = limit is None or worst <= limit
     data: dict[str, Any] = {"name": model.profile.name, "kind": model.profile.kind, "points_file": arguments.points}
     data |= {"probe_radius_mm": radius or 0.0, "limit_mm": limit, "passed": passed, **found.as_dict()}
-    files = [] if folder is None else _written(folder, data, found)
+    files = [] if folder is None else _written(folder, data, found, console)
     if arguments.json:
         console.out(json.dumps(data, indent=2, allow_nan=False))
         return 0 if passed else 1
@@ -86,7 +86,7 @@ def _mm(value: float) -> str:
     return f"{round(value, 6) + 0.0:.6f}"
 
 
-def _written(folder: Path, data: dict[str, Any], found: Inspection) -> list[Path]:
+def _written(folder: Path, data: dict[str, Any], found: Inspection, console: Console) -> list[Path]:
     """inspection.json and inspection.csv; they appear together."""
     from camgeom.export.folder import INSPECTION
 
@@ -101,4 +101,4 @@ def _written(folder: Path, data: dict[str, Any], found: Inspection) -> list[Path
         "inspection.json": json.dumps(data, indent=2, allow_nan=False) + "\n",
         "inspection.csv": "\n".join(lines) + "\n",
     }
-    return write_set(folder, INSPECTION, data["name"], "inspect", contents)
+    return write_set(folder, INSPECTION, data["name"], "inspect", contents, console)

@@ -77,7 +77,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         data["front"] = [{"acceleration": a, "residual": e, "lower_bound": low} for a, e, low in points]
         data["catalogue"] = [{**shown(rival), "keeps_limits": rival.keeps(wish)} for rival in rivals_of(wish)]
     if folder is not None:
-        data["files"] = [str(path) for path in written(folder, found, keys, points)]
+        data["files"] = [str(path) for path in written(folder, found, keys, points, console)]
     if arguments.json:
         console.out(json.dumps(data, indent=2, allow_nan=False))
         return 0
@@ -237,7 +237,7 @@ def shown(rival: Rival) -> dict[str, Any]:
 
 
 def written(
-    folder: Path, found: Best, keys: dict[str, Any], points: list[tuple[float, float, float]]
+    folder: Path, found: Best, keys: dict[str, Any], points: list[tuple[float, float, float]], console: Console
 ) -> list[Path]:
     """The law as a segment (TOML), as a table (CSV) and on a page; they appear together."""
     from camgeom.export.folder import LAW
@@ -255,7 +255,7 @@ def written(
         "law.csv": text.getvalue(),
         "law.html": render(page(found, keys, points)),
     }
-    return write_set(folder, LAW, "best law", "law", contents)
+    return write_set(folder, LAW, "best law", "law", contents, console)
 
 
 def page(found: Best, keys: dict[str, Any], points: list[tuple[float, float, float]]) -> Page:

@@ -18,12 +18,15 @@ from camgeom.version import __version__
 
 if TYPE_CHECKING:
     from camgeom.checks.verdict import Finding
+    from camgeom.export.folder import RunFolder
     from camgeom.report.result import Result
 
 QUIET_FOR = 1.0
 """s; progress is shown on a terminal after this"""
 SELDOM = 10.0
 """s, from one line of progress to the next where nobody looks at a terminal"""
+MOST_TOLD = 6
+"""names of files that had to make way, in a folder each"""
 BODIES = {"solid", "exports", "report"}
 """products that show or write bodies: where none is asked for, what is judged by is meshed the quicker way"""
 CROWNED = {
@@ -69,6 +72,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         refuse_unwritable(folder)
         with RunFolder(folder) as place:
             result = deliver(model, order, place, lambda text: console.err(f"camgeom: {text}"))
+        tell_moves(place, console)
         files = [*result.data["files"], str(folder / RESULT)]
     else:
         result, files = deliver(model, order, None, console.err), []
@@ -344,12 +348,29 @@ def _motion_figures(data: dict[str, Any]) -> list[tuple[str, str]]:
     return figures
 
 
+def tell_moves(place: RunFolder, console: Console) -> None:
+    """Say which files had to make way, and where they are."""
+    console.progress("")
+    for folder in dict.fromkeys(one.parent for one in place.moved):
+        files = [one.name for one in place.moved if one.parent == folder]
+        more = f" and {len(files) - MOST_TOLD} more" if len(files) > MOST_TOLD else ""
+        console.err(f"camgeom: moved to {folder}: {', '.join(files[:MOST_TOLD])}{more}")
+
+
 def write_set(
-    folder: Path, manifest: str, name: str, command: str, contents: Mapping[str, str | bytes]
+    folder: Path,
+    manifest: str,
+    name: str,
+    command: str,
+    contents: Mapping[str, str | bytes],
+    console: Console,
+    product: str | None = None,
 ) -> list[Path]:
     """The files of a command that has no others in a folder, by name with their contents; where they are.
 
-    name  of the design, or of what it is about. Raises ExportError
+    name     of the design, or of what it is about
+    product  that they are of, in the manifest; None: as the command is called
+    Raises ExportError where one cannot be written.
     """
     from camgeom.export.files import write_whole
     from camgeom.export.folder import results
@@ -358,5 +379,6 @@ def write_set(
     with results(folder, manifest) as place:
         for file, content in contents.items():
             write_whole(place.path(file), content)
-        place.close(about, "", dict.fromkeys(contents, command), {command})
+        place.close(about, "", dict.fromkeys(contents, product or command), {product or command})
+    tell_moves(place, console)
     return [folder / file for file in contents]

@@ -12,7 +12,7 @@ from typing import Any, final
 import numpy as np
 
 from camgeom.cli import Console, aligned, number
-from camgeom.cli.model import slug
+from camgeom.cli.model import write_set
 from camgeom.design.front import Archive, Bools, Front, Ints, balanced, members_in, nothing
 from camgeom.design.requirement import Free, Requirement, bounded
 from camgeom.design.study import Row
@@ -34,13 +34,12 @@ from camgeom.drawing.content import (
 )
 from camgeom.errors import ExportError
 from camgeom.export.files import write_whole
-from camgeom.export.folder import FRONT, read_manifest, results
+from camgeom.export.folder import FRONT, read_manifest
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.profile.text import dump
 from camgeom.report.delivery import finite
 from camgeom.report.page import render
-from camgeom.version import __version__
 
 DRAWN = 1000
 """points of the search in the chart of the front"""
@@ -93,8 +92,9 @@ class Told:
             which = f"member {self.chosen + 1}, the balanced one,"
             whole["chosen.toml"] = self._profile(every[self.chosen], which)
         copies = self.wanted.study([self.members[0].values], nothing).copies() if members else ()
-        profiles = self._written(self.folder / "front", members, copies)
-        files = [*profiles, *self._written(self.folder, {**whole, "front.html": render(self.page())}, copies)]
+        profiles = self._written(self.folder / "front", members, copies, console)
+        whole["front.html"] = render(self.page())
+        files = [*profiles, *self._written(self.folder, whole, copies, console)]
         if as_json:
             console.out(json.dumps(finite(self._data(profiles, files)), indent=2, allow_nan=False))
         else:
@@ -102,7 +102,9 @@ class Told:
                 console.out(line)
         return 0 if self.members else 1
 
-    def _written(self, folder: Path, contents: dict[str, str], copies: Sequence[tuple[str, bytes]]) -> list[Path]:
+    def _written(
+        self, folder: Path, contents: dict[str, str], copies: Sequence[tuple[str, bytes]], console: Console
+    ) -> list[Path]:
         """Files that appear together in a folder; those of an earlier search that are none of them move away.
 
         copies   data files that profiles name, as they are; one that lies there alike and is the user's stays his
@@ -117,13 +119,7 @@ class Told:
                     raise ExportError(f"{folder / name}: is another file than that of the profile: move it away")
                 write_whole(folder / name, content)
             data = [one for one in data if one not in below]
-            about = {"name": self.name, "stem": slug(self.name), "command": "optimise", "version": __version__}
-            with results(folder, FRONT) as place:
-                for name, text in contents.items():
-                    write_whole(place.path(name), text)
-                for name, content in data:
-                    write_whole(place.path(name), content)
-                place.close(about, "", dict.fromkeys((*contents, *dict(data)), "front"), {"front"})
+            write_set(folder, FRONT, self.name, "optimise", {**contents, **dict(data)}, console, "front")
         return [folder / name for name in contents]
 
     def _profile(self, data: dict[str, Any], which: str) -> str:

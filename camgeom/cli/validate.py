@@ -86,4 +86,4 @@ def _written(folder: Path, sources: Sequence[Source], rows: Sequence[JudgedEntry
         "validation.md": markdown(sources, rows),
         "validation.json": _json(rows) + "\n",
     }
-    return write_set(folder, VALIDATION, "validation", "validate", texts)
+    return write_set(folder, VALIDATION, "validation", "validate", texts, console)

@@ -66,6 +66,8 @@ class RunFolder:
         self.staged = folder / f".camgeom-{secrets.token_hex(8)}.part"
         self._lock: int | None = None
         self._made: list[Path] = []
+        self.moved: list[Path] = []
+        """files that were in the way of this run's, or are of another design, where they are now"""
 
     def __enter__(self) -> RunFolder:
         try:
@@ -123,8 +125,8 @@ class RunFolder:
         """A message about a file as the user knows its place."""
         return text.replace(str(self.staged), str(self.folder))
 
-    def close(self, about: dict[str, Any], design: str, made: dict[str, str], asked: set[str]) -> list[str]:
-        """Let the files appear together; returns what was in their way or is of another design, now in `previous/`.
+    def close(self, about: dict[str, Any], design: str, made: dict[str, str], asked: set[str]) -> None:
+        """Let the files appear together; what was in their way or is of another design moves to `previous/`.
 
         about   what the manifest says of the run; design: what decides whether files of two runs belong together
         made    product by file name, of all files of this run; asked: products asked for, made or not
@@ -148,14 +150,13 @@ class RunFolder:
                 theirs = {*made, *(() if earlier else (own,))} - {entry["file"] for entry in ours}
                 aside += self._foreign(theirs, previous)
                 if (own, previous) in aside:
-                    _move(self.folder / own, self.folder / previous, None)
+                    self._move(self.folder / own, self.folder / previous, None)
                 journal = {"staged": self.staged.name, "aside": aside, "earlier": earlier}
                 manifest = {"state": REPLACING, **about, "design": design, "files": files, **journal}
                 _replace_json(self.folder, manifest, own)
                 self._carry_through(manifest, own, fresh=True)
         except OSError as error:
             raise export_error(self.folder, error) from error
-        return [name for name, _ in aside]
 
     def _entry(self, name: str, product: str, command: str) -> dict[str, Any]:
         size, digest = _digest(self.staged / name)
@@ -183,7 +184,7 @@ class RunFolder:
             for part in place.split("/"):
                 folder /= _taking(folder, part)
             ours = name in known and _same(self.folder / name, known[name])
-            _move(self.folder / name, folder, {**told, **known[name]} if ours else None)
+            self._move(self.folder / name, folder, {**told, **known[name]} if ours else None)
 
         for name, place in manifest["aside"]:
             # What has been renamed into its place already is the new one; what was changed since is the user's.
@@ -202,6 +203,10 @@ class RunFolder:
         files = [entry for entry in manifest["files"] if fresh or _same(self.folder / entry["file"], entry)]
         done = {key: value for key, value in manifest.items() if key not in ("staged", "aside", "earlier")}
         _replace_json(self.folder, {**done, "state": COMPLETE, "files": files}, own)
+
+    def _move(self, path: Path, folder: Path, entry: dict[str, Any] | None) -> None:
+        if os.path.lexists(path):
+            self.moved.append(_moved(path, folder, entry))
 
     def _clear(self) -> None:
         """Carry through what a killed run had begun, and drop what dead runs left behind."""
@@ -302,26 +307,23 @@ def _place(made: Path, final: Path) -> None:
         raise export_error(final, error) from error
 
 
-def _move(path: Path, folder: Path, entry: dict[str, Any] | None) -> None:
-    """Move a file into a folder of earlier ones, whose manifest gets its entry; nothing where there is no such file.
+def _moved(path: Path, folder: Path, entry: dict[str, Any] | None) -> Path:
+    """Move a file into a folder of earlier ones, whose manifest gets its entry; where it is then.
 
     What the manifest there knows of that name and that cam, and is still the same, is replaced; beside another file the
     new one is numbered. The manifest is told before the file moves: whenever this ends, no file of ours is without one.
     """
-    if not os.path.lexists(path):
-        return
     folder.mkdir(parents=True, exist_ok=True)
     listed = read_manifest(folder).get("files", [])
     if entry is None:
-        path.replace(folder / _numbered(folder, path.name, []))
-        return
+        return path.replace(folder / _numbered(folder, path.name, []))
     if not listed and os.path.lexists(folder / MANIFEST) and not read_manifest(folder):
         (folder / MANIFEST).replace(folder / _numbered(folder, MANIFEST, []))  # somebody's, not ours
     name = _numbered(folder, path.name, [one for one in listed if one.get("name") == entry.get("name")])
     (folder / name).unlink(missing_ok=True)
     files = [*(one for one in listed if one["file"] != name), {**entry, "file": name}]
     _replace_json(folder, {"state": COMPLETE, "files": files})
-    path.replace(folder / name)
+    return path.replace(folder / name)
 
 
 def _numbered(folder: Path, name: str, ours: list[dict[str, Any]]) -> str:

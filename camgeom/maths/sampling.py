@@ -291,6 +291,11 @@ def sample(rows: Rows, knots: Floats, tolerance: float, most: Counts, ease: Sequ
     return Grid(sampled.theta, corner, sampled.counts, sampled.rising[0], strict, free)
 
 
+def too_many(count: int, of: str) -> NotConverged:
+    """Of cells or vertices beyond MAX_CELLS."""
+    return NotConverged(f"the tolerance needs {count} {of}, more than {MAX_CELLS}; ask for a coarser one")
+
+
 def sample_surface(
     surface: Surface, knots: Floats, tolerance: float, most: Counts, ease: Sequence[float] | None = None
 ) -> Sampled:
@@ -312,9 +317,7 @@ def sample_surface(
         k = np.repeat(widths, [band.a.shape[1] for band in bands])
         phi = placed(knots, phi, _steps(Cells.joined(bands), k, aim))
         if (len(phi) - 1) * sum(counts) > MAX_CELLS:
-            raise NotConverged(
-                f"a tolerance of {tolerance:g} mm needs more than {MAX_CELLS} cells; ask for a coarser one"
-            )
+            raise too_many((len(phi) - 1) * sum(counts), "cells")
         sampled = _measured(surface, knots, phi, counts, False, eased)
         if sampled.worst <= tolerance * (1.0 if sampled.complete else SPARSE):
             return sampled

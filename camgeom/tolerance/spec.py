@@ -131,11 +131,12 @@ class ToleranceSpec(Section):
                                       "arcmin")
     phase_arcmin: Error = _error("cam turned on its shaft; the drive of a linear cam turned ahead", "arcmin")
     cam_yaw_arcmin: Error = _error("plate of a linear cam turned about Z on its slide, whose travel is true", "arcmin")
-    cam_eccentricity: Error = _error("cam's axis beside its shaft's, any way; or a fit of its bore")
+    cam_eccentricity: Error = _error("cam's axis beside its shaft's, any way; or its { fit = \"H7/k6\" }")
     cam_wobble_arcmin: Error = _error("cam's axis askew on its shaft, any way", "arcmin")
-    turret_eccentricity: Error = _error("circle of the rollers beside the turret's axis, any way; or a fit")
+    turret_eccentricity: Error = _error("circle of the rollers beside the turret's axis, any way; or its "
+                                        "{ fit = \"H7/k6\" }")
     turret_wobble_arcmin: Error = _error("plane of the rollers askew on the turret's axis, any way", "arcmin")
-    roller_diameter: Error = _error("diameter of each roller; or a size such as \"h6\"")
+    roller_diameter: Error = _error("diameter of each roller; or { fit = \"h6\" }, a size")
     pitch_angle_arcsec: Error = _error("angle of each roller about the follower's axis", "arcsec")
     pitch_radius: Error = _error("distance of each roller from the follower's axis")
     roller_place: Error = _error("place of each roller or face of a slide along its motion")
@@ -144,7 +145,7 @@ class ToleranceSpec(Section):
     face_squareness_arcmin: Error = _error("flat face askew in the plane of the disc", "arcmin")
     flank_form: Error = _error("form of each wall of the cam, in waves round it")
     flank_growth: Error = _error("stock left on each wall of the cam")
-    running_clearance: Error = _error("gap on either side beyond the nominal one; or a fit from wall to wall")
+    running_clearance: Error = _error("gap on either side beyond the nominal one; or a { fit = ... } from wall to wall")
     distribution: Distribution = Field("normal", description="of the errors that state none: normal (value is three "
                                        "standard deviations), uniform, worst (always at an end)")
     axes_pivot: tuple[SignedLength, SignedLength, SignedLength] | None = Field(

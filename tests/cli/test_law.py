@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from camgeom.cli import main
+from camgeom.cli import Console, main
 from camgeom.errors import ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse
@@ -72,12 +72,13 @@ def test_files_of_two_laws_are_no_set_and_what_was_edited_stays(
     assert f"{tmp_path / 'law.csv'}: cannot be written" in capsys.readouterr().err
     assert {name: (tmp_path / name).read_bytes() for name in before} == before
     (tmp_path / "law.toml").write_text("# edited")
-    told(capsys, "--jmax", "80", "--out", str(tmp_path))
+    assert main(["law", "--jmax", "80", "--out", str(tmp_path)]) == 0
+    assert capsys.readouterr().err == f"camgeom: moved to {tmp_path / 'previous'}: law.toml\n"
     assert (tmp_path / "previous" / "law.toml").read_text() == "# edited"
     assert all((tmp_path / name).read_bytes() != content for name, content in before.items())
     manifest = json.loads((tmp_path / "law-manifest.json").read_text())
     assert ({entry["file"] for entry in manifest["files"]}, manifest["state"]) == (set(before), "complete")
-    assert model.write_set(tmp_path, "law-manifest.json", "best law", "law", {}) == []
+    assert model.write_set(tmp_path, "law-manifest.json", "best law", "law", {}, Console()) == []
 
 
 def test_without_a_jerk_limit_the_acceleration_may_jump(capsys: pytest.CaptureFixture[str]) -> None:

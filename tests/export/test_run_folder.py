@@ -25,7 +25,9 @@ def run(
         for name, text in files.items():
             folder.path(name).write_text(text)
         made = {name: name.rpartition(".")[2] for name in files}
-        return folder.close({**ABOUT, **about}, design, made, {*made.values(), *asked})
+        folder.close({**ABOUT, **about}, design, made, {*made.values(), *asked})
+        assert all(path.relative_to(place).parts[0].startswith("previous") for path in folder.moved)
+        return [path.name for path in folder.moved]
 
 
 def names(place: Path) -> set[str]:
@@ -172,7 +174,7 @@ def test_what_the_user_put_there_stays(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     (tmp_path / "cam.stl").write_text("mine too")
     (tmp_path / "manifest.json").write_text('{"name": "a web page"}')
-    assert set(run(tmp_path, {"cam.stl": "stl", "result.json": "{}"})) == {"cam.stl", "manifest.json"}
+    assert set(run(tmp_path, {"cam.stl": "stl", "result.json": "{}"})) == {"cam.stl", "manifest.json.1"}
     assert (tmp_path / "notes.txt").read_text() == "mine"
     assert (tmp_path / "previous/cam.stl").read_text() == "mine too"
     assert "web page" in (tmp_path / "previous/manifest.json.1").read_text()

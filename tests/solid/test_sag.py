@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
-from camgeom.maths.sampling import Cells, measure, patch_sag, sample_surface
+from camgeom.errors import NotConverged
+from camgeom.maths.sampling import MAX_CELLS, Cells, measure, patch_sag, sample_surface
 from camgeom.solid.stitch import TurretSurface
 from camgeom.track.column import Column
 from tests.reference.indexing_machines import indexer
@@ -46,6 +49,18 @@ def test_every_cell_of_all_grooves_is_within_tolerance(shape):
     cells = surface.sags(rounds.theta, rounds.counts, rounds.strips, every)
     worst = max(along_diagonals(c, rising) for c, rising in zip(cells, rounds.rising))
     assert worst <= 1.001 * rounds.worst <= 1.001e-3
+
+
+def test_what_needs_too_many_cells_says_how_many():
+    cam, setup = indexer(6, "groove")
+    (part,) = cam.mechanism(setup).parts
+    land = part.land
+    surface = TurretSurface(part.sections(land), land, -0.5 * cam.width, 0.5 * cam.width)
+    knots = np.asarray(setup.program.knots)
+    with pytest.raises(NotConverged, match=r"needs \d+ cells, more than 4000000") as refused:
+        sample_surface(surface, knots, 3e-5, surface.most)
+    assert MAX_CELLS < int(re.findall(r"\d+", str(refused.value))[0]) < 1.2 * MAX_CELLS
+    assert sample_surface(surface, knots, 4e-5, surface.most).worst <= 4e-5
 
 
 def test_cells_between_measured_ones_lie_on_straight_lines():

@@ -10,7 +10,7 @@ from camgeom.errors import NotConverged
 from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
 from camgeom.maths.banded.facets import Asked, Band, Index, Mask, points_of
-from camgeom.maths.sampling import MAX_CELLS, subdivided_knots
+from camgeom.maths.sampling import MAX_CELLS, subdivided_knots, too_many
 from camgeom.maths.surface import cross, dot
 
 BLOCKS, FEW, MANY = 100, 6, 15
@@ -399,7 +399,7 @@ def _cut(
     rise = np.append(np.diff(level), 0.0)
     steps = np.where(single | last, 1, np.maximum(1, np.ceil(rise - 1e-6))).astype(np.int64)
     if int(steps.sum()) > MAX_CELLS:
-        raise NotConverged(f"the tolerance needs more than {MAX_CELLS} vertices; ask for a coarser one")
+        raise too_many(int(steps.sum()), "vertices")
     first = np.cumsum(steps) - steps
     each = np.repeat(np.arange(len(owner)), steps)
     share = (np.arange(len(each)) - first[each]) / steps[each]

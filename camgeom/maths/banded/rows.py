@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from camgeom.errors import NotConverged
 from camgeom.maths import Floats
 from camgeom.maths.banded.facets import (
     Band,
@@ -24,7 +23,7 @@ from camgeom.maths.banded.facets import (
 )
 from camgeom.maths.banded.net import Net, Request
 from camgeom.maths.banded.plan import NetPlan
-from camgeom.maths.sampling import MAX_CELLS, patch_sag
+from camgeom.maths.sampling import MAX_CELLS, patch_sag, too_many
 from camgeom.maths.surface import cross, dot
 
 CHUNK = 16384
@@ -36,7 +35,7 @@ def meshed(bands: Sequence[Band], plan: NetPlan, shares: Shares | None) -> Measu
     net = Net(plan)
     cells = int(plan.rows[net.gaps[0]].sum())
     if cells > MAX_CELLS:
-        raise NotConverged(f"the tolerance needs {cells} cells, more than {MAX_CELLS}; ask for a coarser one")
+        raise too_many(cells, "cells")
     strips = net.strips
     # One array: vertices, the middles of edges' links, of regular gaps, of the strips' chords and of their links.
     gaps = net.grouped(net.regular, plan.band[net.gaps[0][net.regular]], plan.rows[net.gaps[0][net.regular]])
