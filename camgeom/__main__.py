@@ -70,9 +70,13 @@ def send_again(swallowed: UnraisableHookArgs) -> None:
         sys.__unraisablehook__(swallowed)
         return
     number = signal.SIGTERM if getattr(swallowed.exc_value, "args", ()) else signal.SIGINT
-    again = Timer(SWALLOWED, os.kill, (os.getpid(), number))
-    again.daemon = True
-    again.start()
+    begun = False
+    while not begun:
+        with suppress(KeyboardInterrupt):  # one more, here
+            again = Timer(SWALLOWED, os.kill, (os.getpid(), number))
+            again.daemon = True
+            again.start()
+            begun = True
 
 
 def run() -> int:
@@ -102,6 +106,9 @@ def run() -> int:
         if status is None:
             said, status = ("terminated", 143) if stop.args else ("interrupted", 130)
             sys.stderr.write(f"camgeom: {said}\n")
+    # An interrupt that comes out of text run as code (Python's own named tuples) is remembered as one that nobody has
+    # caught: the process would end by SIGINT, whatever the status is. Other text that runs takes that back.
+    exec("")
     gc.freeze()
     return status
 

@@ -20,6 +20,10 @@ def visible(text: str) -> str:
     return UNSEEN.sub(lambda mark: mark[0].encode("unicode_escape").decode(), text)
 
 
+def one_line(text: str) -> str:
+    """The text with its line ends as escapes: names of files may have some."""
+    return text.replace("\n", "\\n").replace("\r", "\\r")
+
 
 class CamgeomError(Exception):
     """Base of every error that camgeom raises on purpose; its text is meant for the user."""

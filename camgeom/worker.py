@@ -18,6 +18,7 @@ from importlib import import_module
 from typing import Any, final
 
 from camgeom.errors import CamgeomError
+from camgeom.interrupts import deaf_children, hear_none
 
 _PATIENCE, _START = 5.0, 120.0
 """s, until a worker that was told to end is killed, and within which one has made its object"""
@@ -40,10 +41,11 @@ class Worker:
     def __init__(self, maker: str, environment: Mapping[str, str] | None = None) -> None:
         code = f"import sys; sys.path[:] = {sys.path!r}; from camgeom.worker import serve; serve({maker!r})"
         pipe = subprocess.PIPE
-        self._process = subprocess.Popen(
-            [sys.executable, "-c", code], stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL,
-            env={**os.environ, **(environment or {})},
-        )  # fmt: skip
+        with deaf_children():
+            self._process = subprocess.Popen(
+                [sys.executable, "-c", code], stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL,
+                env={**os.environ, **(environment or {})},
+            )  # fmt: skip
         self._lock = threading.Lock()
 
     @property
@@ -96,7 +98,7 @@ class Worker:
 
 def serve(maker: str) -> None:
     """Answer the process that started this one until it is gone; for Worker alone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    hear_none()
     # What libraries print does not belong between the answers.
     asked, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)

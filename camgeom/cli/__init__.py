@@ -18,7 +18,7 @@ from importlib import import_module
 from math import inf, isfinite
 from typing import Any, NoReturn, TextIO
 
-from camgeom.errors import NEED_LESS, CamgeomError, memory_limits, starved, visible
+from camgeom.errors import NEED_LESS, CamgeomError, memory_limits, one_line, starved, visible
 from camgeom.immutable import immutable
 from camgeom.version import __version__
 
@@ -115,6 +115,11 @@ class Console:
             print(visible(text), file=sys.stderr, flush=True)
         except (OSError, ValueError):
             _discard(sys.stderr)
+
+    def told(self, text: str) -> None:
+        """What a command did beside its result, in one line on stderr."""
+        self.progress("")
+        self.err(f"camgeom: {one_line(text)}")
 
     def progress(self, text: str) -> None:
         """A passing line on the terminal that the next one replaces; an empty text clears it."""

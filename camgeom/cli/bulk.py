@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from camgeom.cli import Console
-from camgeom.cli.model import output_folder, refuse_unwritable, tell_moves
+from camgeom.cli.model import output_folder, refuse_unwritable
 from camgeom.cli.study_page import MOST_ROWS
 from camgeom.cli.study_told import SHOWN, close, tell, write_page
 from camgeom.design.bulk import Bulk
@@ -44,7 +44,7 @@ def run(arguments: argparse.Namespace, console: Console, bulk: Bulk, engine: Eng
     shown: list[dict[str, Any]]
     described = {**study.described(), "batch": [*bulk.figures, bulk.level]}
     table = "study.parquet" if arguments.parquet else "study.csv"
-    with results(folder, STUDY) as place:
+    with results(folder, STUDY, console.told) as place:
         if arguments.parquet:
             parts = Parts(folder / table, described, total)
             if (left := sum(map(len, parts.gaps))) < total:
@@ -59,7 +59,6 @@ def run(arguments: argparse.Namespace, console: Console, bulk: Bulk, engine: Eng
         rows = [_row(study, record) for record in shown]
         write_page(study, rows[:MOST_ROWS], name, place.path("study.html"), table, counts, bulk.figures)
         files = close(place, name, described, (table, "study.html"))
-    tell_moves(place, console)
     if arguments.parquet:
         parts.clear()
     dropped = replace(bulk, figures=()).judged_checks() - bulk.judged_checks()

@@ -18,15 +18,12 @@ from camgeom.version import __version__
 
 if TYPE_CHECKING:
     from camgeom.checks.verdict import Finding
-    from camgeom.export.folder import RunFolder
     from camgeom.report.result import Result
 
 QUIET_FOR = 1.0
 """s; progress is shown on a terminal after this"""
 SELDOM = 10.0
 """s, from one line of progress to the next where nobody looks at a terminal"""
-MOST_TOLD = 6
-"""names of files that had to make way, in a folder each"""
 BODIES = {"solid", "exports", "report"}
 """products that show or write bodies: where none is asked for, what is judged by is meshed the quicker way"""
 CROWNED = {
@@ -70,9 +67,8 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
 
         folder = output_folder(arguments.out, profile.name)
         refuse_unwritable(folder)
-        with RunFolder(folder) as place:
+        with RunFolder(folder, say=console.told) as place:
             result = deliver(model, order, place, lambda text: console.err(f"camgeom: {text}"))
-        tell_moves(place, console)
         files = [*result.data["files"], str(folder / RESULT)]
     else:
         result, files = deliver(model, order, None, console.err), []
@@ -348,15 +344,6 @@ def _motion_figures(data: dict[str, Any]) -> list[tuple[str, str]]:
     return figures
 
 
-def tell_moves(place: RunFolder, console: Console) -> None:
-    """Say which files had to make way, and where they are."""
-    console.progress("")
-    for folder in dict.fromkeys(one.parent for one in place.moved):
-        files = [one.name for one in place.moved if one.parent == folder]
-        more = f" and {len(files) - MOST_TOLD} more" if len(files) > MOST_TOLD else ""
-        console.err(f"camgeom: moved to {folder}: {', '.join(files[:MOST_TOLD])}{more}")
-
-
 def write_set(
     folder: Path,
     manifest: str,
@@ -376,9 +363,8 @@ def write_set(
     from camgeom.export.folder import results
 
     about = {"name": name, "stem": slug(name), "command": command, "version": __version__}
-    with results(folder, manifest) as place:
+    with results(folder, manifest, console.told) as place:
         for file, content in contents.items():
             write_whole(place.path(file), content)
         place.close(about, "", dict.fromkeys(contents, product or command), {product or command})
-    tell_moves(place, console)
     return [folder / file for file in contents]

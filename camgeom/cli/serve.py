@@ -35,6 +35,8 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
             webbrowser.open(server.url)
         try:
             server.serve_forever(poll_interval=0.2)
-        except KeyboardInterrupt:
+        except KeyboardInterrupt as stop:
+            if stop.args:  # SIGTERM
+                raise
             console.err("camgeom: ended; the page keeps what was not saved while it is open")
     return 0

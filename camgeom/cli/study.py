@@ -12,7 +12,7 @@ from typing import Any
 
 from camgeom.cli import Console, UsageError, whole
 from camgeom.cli.bulk import run as run_bulk
-from camgeom.cli.model import names, output_folder, refuse_nameless, refuse_unwritable, tell_moves
+from camgeom.cli.model import names, output_folder, refuse_nameless, refuse_unwritable
 from camgeom.cli.study_page import PLOTTED
 from camgeom.cli.study_told import FIGURES, close, followers_of, tell, write_page
 from camgeom.design.batch import LEVELS
@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     described = {**study.described(), "products": list(products), "checks": list(checks or ("all",))}
     described["figures"] = list(figures)
     written = "study.parquet" if arguments.parquet else "study.csv"
-    with results(folder, STUDY) as place:
+    with results(folder, STUDY, console.told) as place:
         if arguments.parquet:
             parts = Parts(folder / written, described, len(study))
             rows = streamed(study, engine, parts, place.path(written), console, arguments.json, figures)
@@ -74,7 +74,6 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
             write_csv(table, place.path(written))
         write_page(study, rows, name, place.path("study.html"), written, figures=figures)
         files = close(place, name, described, (written, "study.html"))
-    tell_moves(place, console)
     if arguments.parquet:
         parts.clear()
     status = 0 if any(row.verdict in ("pass", "warn") for row in rows) else 1

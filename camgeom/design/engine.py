@@ -24,6 +24,7 @@ from typing import Any, Protocol, TypeVar, final
 
 from camgeom.errors import CamgeomError, Problem, ProfileError
 from camgeom.immutable import immutable
+from camgeom.interrupts import deaf_children
 from camgeom.motion.own import begin_worker, cores, load_copies, loaded_copies, loaded_files
 from camgeom.version import __version__
 
@@ -92,7 +93,7 @@ class Local:
                     if slot == len(pools):
                         pools.append(_pool())
                         # Any task starts the process; this one has it import what the work needs, while we draw.
-                        pools[slot].submit(callable, work)
+                        _submit(pools, slot, partial(callable, work))
                     taken.append((slot, piece))
                 for slot, piece in taken:
                     running[_submit(pools, slot, partial(work, piece, drawn(piece)))] = slot, piece
@@ -128,17 +129,20 @@ def _renew(pools: list[ProcessPoolExecutor], slot: int) -> None:
 
 def _submit(pools: list[ProcessPoolExecutor], slot: int, job: Callable[[], R]) -> Future[R]:
     """A piece handed to a worker; one that died while it had nothing to do is replaced."""
-    try:
-        return pools[slot].submit(job)
-    except BrokenProcessPool:
-        _renew(pools, slot)
-        return pools[slot].submit(job)
+    with deaf_children():
+        try:
+            return pools[slot].submit(job)
+        except BrokenProcessPool:
+            _renew(pools, slot)
+            return pools[slot].submit(job)
 
 
 def _refuse_stillborn(pool: ProcessPoolExecutor) -> None:
     """Raise CamgeomError where a new worker process ends before it has done anything."""
     try:
-        pool.submit(os.getpid).result()
+        with deaf_children():
+            begun = pool.submit(os.getpid)
+        begun.result()
     except BrokenProcessPool:
         raise CamgeomError("worker processes end as soon as they begin; try --jobs 1") from None
 

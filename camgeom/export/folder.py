@@ -23,7 +23,7 @@ import re
 import secrets
 import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
@@ -31,6 +31,7 @@ from typing import Any
 
 from camgeom.errors import ExportError
 from camgeom.export.files import export_error, mode_of, write_whole
+from camgeom.interrupts import held
 
 MANIFEST, STUDY, FRONT, LAW, INSPECTION, VALIDATION = MANIFESTS = (
     "manifest.json", "study-manifest.json", "front-manifest.json", "law-manifest.json", "inspection-manifest.json",
@@ -49,6 +50,10 @@ _LONGEST = 100
 """letters of the name of a folder of earlier files"""
 _MOST = 10_000_000
 """bytes of a manifest that is read"""
+_FINAL = ".complete.json"
+"""the manifest of a whole set, among its files, until the last of them is in its place"""
+MOST_TOLD = 6
+"""names of files that had to make way, in a folder each"""
 _BLOCK = 1 << 20
 _PATIENCE, _PAUSE = 60.0, 0.02
 """s that a folder is waited for which another process holds, and between two tries"""
@@ -58,11 +63,12 @@ class RunFolder:
     """The folder of one run, open from its first file to its manifest; leaving it without `close` changes nothing.
 
     manifest  of `MANIFESTS`
+    say       told at the end, however that is, which files had to make way, and where they are
     Raises ExportError where the folder cannot be made or written in.
     """
 
-    def __init__(self, folder: Path, manifest: str = MANIFEST) -> None:
-        self.folder, self.manifest = folder, manifest
+    def __init__(self, folder: Path, manifest: str = MANIFEST, say: Callable[[str], None] | None = None) -> None:
+        self.folder, self.manifest, self._say = folder, manifest, say
         self.staged = folder / f".camgeom-{secrets.token_hex(8)}.part"
         self._lock: int | None = None
         self._made: list[Path] = []
@@ -83,17 +89,29 @@ class RunFolder:
                 self._lock = _hold(self.staged)
         except BaseException as error:
             # Nobody leaves what was not entered: an interrupt here would leave the staged folder behind.
-            self._leave()
+            with held():
+                self._leave()
             if isinstance(error, OSError):
                 raise export_error(self.folder, error) from error
             raise
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        if self._begun:  # stopped between the renames: another try, else the next run's
-            with suppress(OSError, ExportError), _alone(self.folder):
-                self._carry_through(read_manifest(self.folder, self.manifest), self.manifest)
-        self._leave()
+        with held():
+            if self._begun:  # stopped between the renames: another try, else the next run's
+                with suppress(OSError, ExportError), _alone(self.folder):
+                    self._carry_through(read_manifest(self.folder, self.manifest), self.manifest)
+            self._leave()
+            self._tell()
+
+    def _tell(self) -> None:
+        """Say what moved."""
+        if self._say is None:
+            return
+        for folder in dict.fromkeys(one.parent for one in self.moved):
+            files = [one.name for one in self.moved if one.parent == folder]
+            more = f" and {len(files) - MOST_TOLD} more" if len(files) > MOST_TOLD else ""
+            self._say(f"moved to {folder}: {', '.join(files[:MOST_TOLD])}{more}")
 
     @property
     def _begun(self) -> bool:
@@ -149,10 +167,13 @@ class RunFolder:
                 own = self.manifest
                 theirs = {*made, *(() if earlier else (own,))} - {entry["file"] for entry in ours}
                 aside += self._foreign(theirs, previous)
-                if (own, previous) in aside:
-                    self._move(self.folder / own, self.folder / previous, None)
                 journal = {"staged": self.staged.name, "aside": aside, "earlier": earlier}
                 manifest = {"state": REPLACING, **about, "design": design, "files": files, **journal}
+                # What a full disk or a protected file forbids is met before anything moves.
+                _replace_json(self.staged, {**_without_journal(manifest), "state": COMPLETE}, _FINAL)
+                self._foretell(manifest)
+                if (own, previous) in aside:
+                    self._move(self.folder / own, self.folder / previous, None)
                 _replace_json(self.folder, manifest, own)
                 self._carry_through(manifest, own, fresh=True)
         except OSError as error:
@@ -176,15 +197,11 @@ class RunFolder:
             return
         staged, new = self.folder / manifest["staged"], {entry["file"]: entry for entry in manifest["files"]}
         known = {entry["file"]: entry for entry in manifest["earlier"].get("files", [])}
-        told = {key: manifest["earlier"].get(key) for key in ("name", "version", "design")}
 
         def away(name: str, place: str) -> None:
             # What was free when the manifest was written need not be so now.
-            folder = self.folder
-            for part in place.split("/"):
-                folder /= _taking(folder, part)
             ours = name in known and _same(self.folder / name, known[name])
-            self._move(self.folder / name, folder, {**told, **known[name]} if ours else None)
+            self._move(self.folder / name, self._earlier(place), _entry_there(manifest, known[name]) if ours else None)
 
         for name, place in manifest["aside"]:
             # What has been renamed into its place already is the new one; what was changed since is the user's.
@@ -200,9 +217,29 @@ class RunFolder:
             elif name in known and known[name] != new[name] and _same(self.folder / name, known[name]):
                 away(name, PREVIOUS)  # the new one is lost: nobody shall take this one for it
         _sync(self.folder)
+        final = staged / _FINAL
+        if fresh and final.exists():
+            final.replace(self.folder / own)
+            _sync(self.folder)
+            return
         files = [entry for entry in manifest["files"] if fresh or _same(self.folder / entry["file"], entry)]
-        done = {key: value for key, value in manifest.items() if key not in ("staged", "aside", "earlier")}
-        _replace_json(self.folder, {**done, "state": COMPLETE, "files": files}, own)
+        _replace_json(self.folder, {**_without_journal(manifest), "state": COMPLETE, "files": files}, own)
+
+    def _earlier(self, place: str) -> Path:
+        """A folder of earlier files, as it is called now."""
+        folder = self.folder
+        for part in place.split("/"):
+            folder /= _taking(folder, part)
+        return folder
+
+    def _foretell(self, manifest: dict[str, Any]) -> None:
+        """Enter the files that are going to move in the manifests of where they move to."""
+        known = {entry["file"]: entry for entry in manifest["earlier"].get("files", [])}
+        for name, place in manifest["aside"]:
+            if name in known and _same(self.folder / name, known[name]):
+                folder = self._earlier(place)
+                folder.mkdir(parents=True, exist_ok=True)
+                _entered(name, folder, _entry_there(manifest, known[name]))
 
     def _move(self, path: Path, folder: Path, entry: dict[str, Any] | None) -> None:
         if os.path.lexists(path):
@@ -226,9 +263,9 @@ class RunFolder:
 
 
 @contextmanager
-def results(folder: Path, manifest: str) -> Iterator[RunFolder]:
+def results(folder: Path, manifest: str, say: Callable[[str], None] | None = None) -> Iterator[RunFolder]:
     """The folder of a study or a search; what cannot be written is told as of its place there."""
-    with RunFolder(folder, manifest) as place:
+    with RunFolder(folder, manifest, say) as place:
         try:
             yield place
         except ExportError as error:
@@ -246,10 +283,12 @@ def read_manifest(folder: Path, manifest: str = MANIFEST) -> dict[str, Any]:
             return {}
         json.dumps(data, allow_nan=False, ensure_ascii=False).encode()  # what cannot be written again is none
         names = [entry["file"] for entry in (*data["files"], *data.get("earlier", {}).get("files", ()))]
-        names += [name for word, place in data.get("aside", ()) for name in (word, *place.split("/"))]
+        names += [name for name, _ in data.get("aside", ())]
+        names += (places := [part for _, place in data.get("aside", ()) for part in place.split("/")])
         names += [stem := data.get("stem", "cam"), data.get("staged", "cam")]
         values = [value for entry in data["files"] for value in entry.values()]
-        if len(stem) > _LONGEST or not all(isinstance(value, str | int) for value in values):
+        long = len(stem) > _LONGEST or any(len(part) > _LONGEST + 10 for part in places)  # with its number
+        if long or not all(isinstance(value, str | int) for value in values):
             return {}
         # Names only: a manifest that somebody changed must not reach outside the folder.
         plain = not any(name in ("", ".", "..") or re.search(r"[/\\\x00]", name) for name in names)
@@ -307,6 +346,15 @@ def _place(made: Path, final: Path) -> None:
         raise export_error(final, error) from error
 
 
+def _without_journal(manifest: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in manifest.items() if key not in ("staged", "aside", "earlier")}
+
+
+def _entry_there(manifest: dict[str, Any], entry: dict[str, Any]) -> dict[str, Any]:
+    """What the manifest of a folder of earlier files says of a file, by that of the run before it."""
+    return {**{key: manifest["earlier"].get(key) for key in ("name", "version", "design")}, **entry}
+
+
 def _moved(path: Path, folder: Path, entry: dict[str, Any] | None) -> Path:
     """Move a file into a folder of earlier ones, whose manifest gets its entry; where it is then.
 
@@ -314,26 +362,36 @@ def _moved(path: Path, folder: Path, entry: dict[str, Any] | None) -> Path:
     new one is numbered. The manifest is told before the file moves: whenever this ends, no file of ours is without one.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    listed = read_manifest(folder).get("files", [])
     if entry is None:
         return path.replace(folder / _numbered(folder, path.name, []))
+    name = _entered(path.name, folder, entry)
+    place = path.replace(folder / name)
+    listed = read_manifest(folder).get("files", [])
+    left = [one for one in listed if one["file"] != name or one == {**entry, "file": name}]
+    if len(left) < len(listed):  # the one that stood there before; nobody takes it for this one, whose digest differs
+        with suppress(OSError, ExportError):
+            _replace_json(folder, {"state": COMPLETE, "files": left})
+    return place
+
+
+def _entered(name: str, folder: Path, entry: dict[str, Any]) -> str:
+    """The name that a file will have in a folder of earlier ones, whose manifest has its entry now."""
+    listed = read_manifest(folder).get("files", [])
     if not listed and os.path.lexists(folder / MANIFEST) and not read_manifest(folder):
         (folder / MANIFEST).replace(folder / _numbered(folder, MANIFEST, []))  # somebody's, not ours
-    name = _numbered(folder, path.name, [one for one in listed if one.get("name") == entry.get("name")])
-    (folder / name).unlink(missing_ok=True)
-    files = [*(one for one in listed if one["file"] != name), {**entry, "file": name}]
-    _replace_json(folder, {"state": COMPLETE, "files": files})
-    return path.replace(folder / name)
+    found = _numbered(folder, name, [one for one in listed if one.get("name") == entry.get("name")])
+    if {**entry, "file": found} not in listed:
+        _replace_json(folder, {"state": COMPLETE, "files": [*listed, {**entry, "file": found}]})
+    return found
 
 
 def _numbered(folder: Path, name: str, ours: list[dict[str, Any]]) -> str:
     """The first of name, name.1, ... of which no file of somebody else's is there; those of ours that are as they were
     may be replaced. The name of a manifest is never free."""
     number, found = 0, name
-    replaceable = {one["file"]: one for one in ours}
     while found in MANIFESTS or (
         os.path.lexists(folder / found)
-        and not (found in replaceable and _same(folder / found, replaceable[found]))
+        and not any(one["file"] == found and _same(folder / found, one) for one in ours)
     ):
         number += 1
         found = f"{name}.{number}"

@@ -96,7 +96,9 @@ def begin_worker(files: Iterable[str]) -> None:
     from multiprocessing import parent_process
     from threading import Thread
 
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    from camgeom.interrupts import hear_none
+
+    hear_none()
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     if (parent := parent_process()) is not None:
 

@@ -2,34 +2,23 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from threading import current_thread, main_thread
 from typing import Any
 
 import numpy as np
 
 from camgeom.errors import GeometryEngineError
+from camgeom.interrupts import held
 from camgeom.maths.mesh import Mesh
-
-ENDING = (signal.SIGINT, signal.SIGTERM)
 
 
 def library() -> Any:
     """manifold3d. An interrupt, or SIGTERM, that comes while it loads waits: inside of it, it would end the process."""
-    if "manifold3d" not in sys.modules and current_thread() is main_thread():
-        came: list[int] = []
-        before = {one: signal.signal(one, lambda number, _: came.append(number)) for one in ENDING}
-        try:
+    if "manifold3d" not in sys.modules:
+        with held():
             import_module("manifold3d")
-        finally:
-            for one, handler in before.items():
-                # None: a handler that is not Python's
-                signal.signal(one, signal.SIG_DFL if handler is None else handler)
-        for number in came[:1]:
-            signal.raise_signal(number)
     return import_module("manifold3d")
 
 

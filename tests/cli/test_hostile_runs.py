@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from camgeom.interrupts import deaf_children
 from tests.places import PROFILES, ROOT
 
 PROFILE = PROFILES / "disc_offset_roller.toml"
@@ -119,6 +120,26 @@ def test_a_signal_within_code_that_cannot_raise_comes_again(how: str, code: int,
     assert (done.returncode, done.stderr) == (code, f"camgeom: {said}\n")
 
 
+def test_a_signal_within_text_that_runs_ends_with_its_status(tmp_path: Path) -> None:
+    """Python remembered it as an interrupt that nobody caught, and ended by SIGINT: `terminated`, and 130."""
+    (tmp_path / "laws.py").write_text('exec("import os, signal; os.kill(os.getpid(), signal.SIGTERM)")')
+    words = [sys.executable, "-m", "camgeom", "check", str(PROFILE), "--laws", str(tmp_path / "laws.py")]
+    done = subprocess.run(words, capture_output=True, text=True, env=ENVIRONMENT, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (143, "", "camgeom: terminated\n")
+
+
+def test_processes_that_begin_leave_interrupts_to_their_parent() -> None:
+    """Ctrl-C at a terminal goes to all of its processes: workers that were still importing showed tracebacks."""
+    code = "import sys, time; print(1, flush=True); time.sleep(0.2); print(2)"
+    with deaf_children():
+        child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert child.stdout is not None
+    assert child.stdout.readline() == "1\n"
+    child.send_signal(signal.SIGINT)
+    assert (child.communicate()[0], child.returncode) == ("2\n", 0)
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("how", "code", "said"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated")]
@@ -155,7 +176,9 @@ def test_a_full_disk_keeps_the_earlier_files(tmp_path: Path) -> None:
     code, _, err = finished(start("--formats", "stl", "--tolerance", "0.0002", "--out", str(tmp_path), limit=60_000))
     assert code == 1  # a file asked for could not be made
     assert "cannot be written" in err
-    assert err.count("\n") == 1
+    moved, told = sorted(err.splitlines(), key=lambda line: "moved" not in line)
+    assert moved.startswith(f"camgeom: moved to {tmp_path / 'previous'}: ")
+    assert "cannot be written" in told
     # The mesh found no room: the earlier one is whole in `previous`; the result lists only what this run wrote.
     (mesh,) = (name for name in before if name.endswith(".stl"))
     assert {path.name for path in tmp_path.iterdir()} == {"manifest.json", "previous", "result.json"}

@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import shutil
+import signal
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -14,6 +16,7 @@ import pytest
 from camgeom.errors import ExportError
 from camgeom.export import folder as rooms
 from camgeom.export.folder import FRONT, MANIFEST, STUDY, RunFolder, read_manifest, results
+from camgeom.interrupts import ENDING
 
 ABOUT = {"name": "cam one", "stem": "cam-one", "command": "run", "version": "1", "tolerance_mm": 0.01}
 
@@ -317,11 +320,72 @@ def test_what_the_user_puts_there_between_a_kill_and_the_next_run_stays(half: Pa
 
 def test_what_stands_in_the_way_of_earlier_files_by_then_stops_nothing(half: Path) -> None:
     """No run into the folder was possible any more."""
+    shutil.rmtree(half / "previous")
     (half / "previous").write_text("mine")
     run(half, FILES, design="c")
     assert set(told(half)) == set(FILES)
     assert (half / "previous").read_text() == "mine"
     assert set(told(half / "previous.1")) == {"left.txt"}
+
+
+@pytest.mark.parametrize("room", range(8))
+def test_a_full_disk_leaves_the_earlier_set_or_the_new_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, room: int
+) -> None:
+    """Between the moves the manifests of `previous/` and of the whole set were still to be written: the manifest was of
+    one design, result.json of another."""
+    run(tmp_path, {"cam.stl": "one", "result.json": "{}"})
+    before, write, left = {path: path.read_bytes() for path in tmp_path.iterdir()}, rooms.write_whole, [room]
+
+    def full(path: Path, content: str | bytes) -> int:
+        left[0] -= 1
+        if left[0] < 0:
+            raise ExportError(f"{path}: cannot be written: the disk is full")
+        return write(path, content)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(rooms, "write_whole", full)
+        try:
+            run(tmp_path, {"cam.ply": "two", "result.json": "{ }"}, design="b", name="cam two", stem="cam-two")
+        except ExportError:
+            assert room < 4
+            assert {path: path.read_bytes() for path in tmp_path.iterdir() if path.is_file()} == before
+            return
+    assert set(told(tmp_path)) == {"cam.ply", "result.json"}
+    assert set(told(tmp_path / "previous/cam-one")) == {"cam.stl", "result.json"}
+
+
+def test_earlier_files_are_replaced_by_later_ones_of_their_design(tmp_path: Path) -> None:
+    for text in ("one", "three"):
+        run(tmp_path, {"cam.stl": text})
+        run(tmp_path, {"cam.ply": text}, design="b", name="cam two", stem="cam-two")
+    assert (tmp_path / "previous/cam-one/cam.stl").read_text() == "three"
+    entries = json.loads((tmp_path / "previous/cam-one/manifest.json").read_text())["files"]
+    assert [entry["file"] for entry in entries] == ["cam.stl"]
+    told(tmp_path / "previous/cam-one")
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_a_second_signal_leaves_no_clean_up_half_done(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, how: signal.Signals
+) -> None:
+    remove, before = rooms.shutil.rmtree, {one: signal.getsignal(one) for one in ENDING}
+
+    def hit(*arguments: Any, **options: Any) -> None:
+        signal.raise_signal(how)
+        remove(*arguments, **options)
+
+    monkeypatch.setattr(rooms.shutil, "rmtree", hit)
+    came: list[int] = []
+    signal.signal(how, lambda number, _: came.append(number))
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            stopped(tmp_path / "o", KeyboardInterrupt)
+    finally:
+        signal.signal(how, before[how])
+    assert came == [how]  # once, at the end of it
+    assert not (tmp_path / "o").exists()
+    assert {one: signal.getsignal(one) for one in ENDING} == before
 
 
 def test_a_manifest_that_a_kill_left_half_written_goes_with_the_next_run(half: Path) -> None:
