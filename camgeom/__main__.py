@@ -8,17 +8,17 @@ import signal
 import sys
 from contextlib import suppress
 from importlib import import_module
-from threading import Timer, main_thread
 from threading import enumerate as every_thread
+from threading import main_thread
 from types import ModuleType, TracebackType
 from typing import TYPE_CHECKING
+
+from camgeom.interrupts import heard, insist
 
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
 
 LOADER = "pydantic.plugin._loader"
-SWALLOWED = 0.02
-"""s until an interrupt comes again that was swallowed"""
 TRIM_THRESHOLD, MMAP_THRESHOLD = -1, -3
 """of malloc.h: from which size on memory at the top goes back, and from which on an array has a mapping of its own"""
 
@@ -54,7 +54,14 @@ def keep_memory() -> None:
 
 def terminated(*_: object) -> None:
     """What SIGTERM does to a command, where it is not ignored: as an interrupt, it leaves nothing half-written."""
+    insist(signal.SIGTERM)
     raise KeyboardInterrupt("SIGTERM")
+
+
+def interrupted(*_: object) -> None:
+    """What SIGINT does to a command, where it is not ignored."""
+    insist(signal.SIGINT)
+    raise KeyboardInterrupt
 
 
 def show(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
@@ -63,20 +70,10 @@ def show(kind: type[BaseException], error: BaseException, trace: TracebackType |
         sys.__excepthook__(kind, error, trace)
 
 
-def send_again(swallowed: UnraisableHookArgs) -> None:
-    """An interrupt, or SIGTERM, that came within code that cannot raise (functions of SciPy's Sobol sequences; what an
-    object does when it goes) ended nothing: it comes once more, when that code is left."""
-    if not issubclass(swallowed.exc_type, KeyboardInterrupt):
-        sys.__unraisablehook__(swallowed)
-        return
-    number = signal.SIGTERM if getattr(swallowed.exc_value, "args", ()) else signal.SIGINT
-    begun = False
-    while not begun:
-        with suppress(KeyboardInterrupt):  # one more, here
-            again = Timer(SWALLOWED, os.kill, (os.getpid(), number))
-            again.daemon = True
-            again.start()
-            begun = True
+def show_swallowed(what: UnraisableHookArgs) -> None:
+    """An interrupt within code that cannot raise comes again."""
+    if not issubclass(what.exc_type, KeyboardInterrupt):
+        sys.__unraisablehook__(what)
 
 
 def run() -> int:
@@ -93,7 +90,9 @@ def run() -> int:
     status = None
     if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
         signal.signal(signal.SIGTERM, terminated)
-    sys.excepthook, sys.unraisablehook = show, send_again
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, interrupted)
+    sys.excepthook, sys.unraisablehook = show, show_swallowed
     try:
         from camgeom.cli import main
 
@@ -106,6 +105,7 @@ def run() -> int:
         if status is None:
             said, status = ("terminated", 143) if stop.args else ("interrupted", 130)
             sys.stderr.write(f"camgeom: {said}\n")
+    heard()
     # An interrupt that comes out of text run as code (Python's own named tuples) is remembered as one that nobody has
     # caught: the process would end by SIGINT, whatever the status is. Other text that runs takes that back.
     exec("")

@@ -2,13 +2,48 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
-from threading import current_thread, main_thread
+from contextlib import contextmanager, suppress
+from threading import Event, Thread, current_thread, main_thread
 from types import FrameType
+from typing import Any
 
 ENDING = (signal.SIGINT, signal.SIGTERM)
+SWALLOWED = 0.1
+"""s after which an interrupt that the main thread does not leave by was swallowed"""
+_heard = Event()
+
+
+def insist(number: int) -> None:
+    """Send a signal once more, and again, until the main thread leaves by the exception that it raises: code that
+    cannot raise (functions of SciPy's Sobol sequences, what an object does when it goes), or catches whatever comes,
+    swallows it, and the command would go on."""
+
+    def watch() -> None:
+        while not _heard.wait(SWALLOWED):
+            if not _leaving():
+                os.kill(os.getpid(), number)  # whose handler insists again
+                return
+
+    with suppress(RuntimeError):  # no room for a thread
+        Thread(target=watch, daemon=True).start()
+
+
+def heard() -> None:
+    """The interrupt has done what it is for."""
+    _heard.set()
+
+
+def _leaving() -> bool:
+    """Whether the main thread is on its way out of an interrupt: cleans up, or tells it."""
+    found: Any = sys._current_exceptions().get(main_thread().ident or 0)
+    error = found[1] if isinstance(found, tuple) else found  # before Python 3.12 with its class
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__context__
+    return error is not None
 
 
 @contextmanager
@@ -37,17 +72,19 @@ def held() -> Iterator[None]:
 
 
 @contextmanager
-def deaf_children() -> Iterator[None]:
+def beginning_children() -> Iterator[None]:
     """Processes that begin within it hear no interrupt of the terminal, which is their parent's, until they have said
-    with `hear_none` how they take it: before, their imports would end with a traceback each."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    with `hear_none` how they take it: before, their imports would end with a traceback each, as they would where their
+    parent ends before it has told them what they are for. Interrupts of the parent wait."""
+    with held():
+        if not hasattr(signal, "pthread_sigmask"):
+            yield
+            return
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            yield
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def hear_none() -> None:

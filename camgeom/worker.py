@@ -18,7 +18,7 @@ from importlib import import_module
 from typing import Any, final
 
 from camgeom.errors import CamgeomError
-from camgeom.interrupts import deaf_children, hear_none
+from camgeom.interrupts import beginning_children, hear_none
 
 _PATIENCE, _START = 5.0, 120.0
 """s, until a worker that was told to end is killed, and within which one has made its object"""
@@ -41,7 +41,7 @@ class Worker:
     def __init__(self, maker: str, environment: Mapping[str, str] | None = None) -> None:
         code = f"import sys; sys.path[:] = {sys.path!r}; from camgeom.worker import serve; serve({maker!r})"
         pipe = subprocess.PIPE
-        with deaf_children():
+        with beginning_children():
             self._process = subprocess.Popen(
                 [sys.executable, "-c", code], stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL,
                 env={**os.environ, **(environment or {})},

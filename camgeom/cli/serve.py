@@ -8,6 +8,7 @@ from pathlib import Path
 from threading import Thread
 
 from camgeom.cli import Console, UsageError, whole
+from camgeom.interrupts import heard
 from camgeom.profile import STDIN
 
 
@@ -38,5 +39,6 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         except KeyboardInterrupt as stop:
             if stop.args:  # SIGTERM
                 raise
+            heard()
             console.err("camgeom: ended; the page keeps what was not saved while it is open")
     return 0

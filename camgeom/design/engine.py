@@ -24,7 +24,7 @@ from typing import Any, Protocol, TypeVar, final
 
 from camgeom.errors import CamgeomError, Problem, ProfileError
 from camgeom.immutable import immutable
-from camgeom.interrupts import deaf_children
+from camgeom.interrupts import beginning_children
 from camgeom.motion.own import begin_worker, cores, load_copies, loaded_copies, loaded_files
 from camgeom.version import __version__
 
@@ -129,7 +129,7 @@ def _renew(pools: list[ProcessPoolExecutor], slot: int) -> None:
 
 def _submit(pools: list[ProcessPoolExecutor], slot: int, job: Callable[[], R]) -> Future[R]:
     """A piece handed to a worker; one that died while it had nothing to do is replaced."""
-    with deaf_children():
+    with beginning_children():
         try:
             return pools[slot].submit(job)
         except BrokenProcessPool:
@@ -140,7 +140,7 @@ def _submit(pools: list[ProcessPoolExecutor], slot: int, job: Callable[[], R]) -
 def _refuse_stillborn(pool: ProcessPoolExecutor) -> None:
     """Raise CamgeomError where a new worker process ends before it has done anything."""
     try:
-        with deaf_children():
+        with beginning_children():
             begun = pool.submit(os.getpid)
         begun.result()
     except BrokenProcessPool:

@@ -11,21 +11,27 @@ import ast
 import itertools
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
-from typing import Literal, final
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache, partial
+from typing import Literal, Protocol, cast, final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from camgeom.errors import Problem, ProfileError
+from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.immutable import immutable
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
+from camgeom.maths.panels import Panels, panels, resolved
 from camgeom.mechanics.enclosure import narrow_peaks, peaks_of
 from camgeom.track import TURN
 
 Interpolation = Literal["linear", "smooth"]
 
 
+WIDEST = math.radians(6.0)
+"""rad, of panels on which a force is followed, as `Load.panels` has them"""
 ROUNDED = 1e-9
 """degrees by which a turn that was written with decimals may come out longer"""
 CLOSING = 1e-14 * TURN
@@ -74,12 +80,81 @@ class Applied:
             force[within] = self.factor * self.value(np.mod(angle, TURN), *state)
         return force
 
+    def followed(self, program: Motion, omega: float) -> Applied:
+        """The same with breaks round its peaks under a motion at a speed, rad/s, that samples might pass by; one of the
+        cam angle alone has them since it was made.
 
-    def refuse_narrow(self, motion: Callable[[Floats], Sequence[Floats]]) -> None:
-        """Raise ProfileError where a force that hangs on the motion has a pole, or a peak that is not resolved; one of
-        the cam angle alone was looked through when it was made. motion: lift, velocity and acceleration, as given."""
-        if self.moved and isinstance(self.value, Expression):
-            peaks_of(self.value, self.begin, self.length, motion)
+        Raises ProfileError where it has a pole, or a peak that is not resolved.
+        """
+        if not (self.moved and isinstance(self.value, Expression)):
+            return self
+        fast = not self.value.variables.isdisjoint("va")
+        found = _peaks(self.value, self.begin, self.length, program, omega if fast else 1.0)
+        return replace(self, breaks=(*self.breaks, *found))
+
+    def peaked(self, program: Motion, omega: float) -> bool:
+        """Whether an expression of the motion has peaks that samples might pass by, under this one or others that reach
+        as far again (half as far downwards): where variants of a design have them, breaks of one do not help."""
+        if not (self.moved and isinstance(self.value, Expression)):
+            return False
+        state = np.stack(moving(program, omega, np.linspace(0.0, TURN, 721)))
+        low, high = state.min(axis=1), state.max(axis=1)
+        low, high = low - 0.5 * (high - low), high + (high - low)
+
+        def swept(which: int, angle: Floats) -> list[Floats]:
+            share = np.mod(angle - self.begin, TURN) / self.length
+            at = np.where(np.arange(3) == which, share[..., None], 0.5)
+            return list(np.moveaxis(low + (high - low) * at, -1, 0))
+
+        try:
+            if len(self.followed(program, omega).breaks) > len(self.breaks):
+                return True
+            return any(peaks_of(self.value, self.begin, self.length, partial(swept, which)) for which in range(3))
+        except ProfileError:
+            return True
+
+    def swings(self, program: Motion, omega: float, most: int) -> int:
+        """Panels that follow an expression under a motion at a speed, rad/s, beyond those of the motion; `most` + 1
+        where there are more. Raises ProfileError as `followed`."""
+        if not isinstance(self.value, Expression):
+            return 0
+
+        def begun(breaks: Sequence[float]) -> Panels:
+            edges = np.concatenate([[0.0, TURN], breaks, program.knots])
+            return panels(edges[(edges >= 0.0) & (edges <= TURN)], WIDEST)
+
+        start, alone = begun(self.breaks), len(begun(self.breaks[:2]).half)
+
+        def at(theta: Floats) -> Floats:
+            state = moving(program, omega, theta.ravel()) if self.moved else ()
+            return self(theta, *(one.reshape(theta.shape) for one in state))
+
+        try:
+            return len(resolved(at, start, most=max(len(start.half), alone + most)).half) - alone
+        except NotConverged:
+            return most + 1
+
+
+class Motion(Hashable, Protocol):
+    """A motion program: derivatives of the lift (mm or rad) by the cam angle, and where they may jump, rad."""
+
+    @cached_property
+    def knots(self) -> Floats:
+        """Cam angles in [0, 2 pi], rad, where a derivative may jump."""
+
+    def jet(self, theta: Floats, order: int = 3) -> Floats:
+        """Lift and its derivatives per rad of cam angle, (order + 1, n)."""
+
+
+def moving(program: Motion, omega: float, theta: Floats) -> tuple[Floats, Floats, Floats]:
+    """Lift, velocity and acceleration at cam angles, rad, and a speed, rad/s, as forces are given them."""
+    lift, slope, bend = program.jet(theta, 2)[:3]
+    return lift, omega * slope, omega * omega * bend
+
+
+@lru_cache(64)
+def _peaks(value: Expression, begin: float, length: float, program: Hashable, omega: float) -> tuple[float, ...]:
+    return peaks_of(value, begin, length, partial(moving, cast("Motion", program), omega))
 
 
 def expression_force(text: str, begin: float, until: float, key: str = "operation.force") -> Applied:

@@ -30,8 +30,10 @@ RESOLVED = 1e-4
 """rad, a quarter of the narrowest panel that a force is resolved on: a peak that shows in no wider range is not"""
 POINT = 1e-6
 """rad, of which the halves are not looked into: nearer to 0 / 0 values are rounding"""
-BEYOND = 0.05
-"""share of the largest force by which a peak rises above what is seen round about"""
+BEYOND, LEAST = 0.05, 0.002
+"""shares of the force round about, and of the largest, by which a peak rises above what is seen there"""
+AT_END = 0.5
+"""the same at an end of the range, where a force may rise steeply up to it, and panels become as narrow"""
 ASIDE, INSIDE = 0.381966, 1e-7
 """of a step, so that no angle of a round number of degrees is looked at, where a pole may lie; of the range's ends"""
 MOST_RANGES, MOST_POLES = 50_000, 200_000
@@ -77,23 +79,33 @@ def peaks_of(value: Expression, begin: float, length: float, motion: Motion | No
     edges = np.r_[begin + INSIDE * length, edges, begin + (1.0 - INSIDE) * length]
     edges = distinct(np.r_[edges, [TURN] if begin < TURN < begin + length else []])
     seen = at(edges)
-    least, most = (f(seen[:-1], seen[1:]) for f in (np.fmin, np.fmax))
-    low, high, allowed = edges[:-1], edges[1:], BEYOND * float(np.fmax.reduce(np.abs(seen), initial=0.0))
-    looked, narrow, peaks = 0, (0.0, 0.0), _alone(edges, seen, allowed)
+    # The ends are seen, but do not say what is beside them: a pole or half a peak may stand there.
+    known_by = seen.copy()
+    known_by[[0, -1]] = seen[[1, -2]]
+    least, most = (f(known_by[:-1], known_by[1:]) for f in (np.fmin, np.fmax))
+    low, high, largest = edges[:-1], edges[1:], float(np.fmax.reduce(np.abs(known_by), initial=0.0))
+    looked, narrow, peaks = 0, (0.0, 0.0), _alone(edges, seen, BEYOND * largest)
+    if length > 4.0 * RESOLVED:
+        ends, last = edges[[0, -1]], seen[[0, -1]]
+        before = at(ends + np.array([RESOLVED, -RESOLVED]))
+        steep = np.abs(last - before) > AT_END * max(largest, float(np.fmax.reduce(np.abs(before))))
+        narrow = max([narrow, *((abs(float(last[k])), float(ends[k])) for k in np.flatnonzero(steep))])
     while len(low) and looked <= MOST_POLES:
+        allowed = np.maximum(LEAST * largest, BEYOND * np.fmax(np.abs(least), np.abs(most)))
         under, over = enclosed(value.steps, low, high, moved(low, high))
         wide = ~((under >= least - allowed) & (over <= most + allowed)) & (high - low > POINT)
         if (looked := looked + len(low)) > MOST_RANGES:
             wide &= ~(np.isfinite(under) & np.isfinite(over))
-        low, high, least, most = low[wide], high[wide], least[wide], most[wide]
+        low, high, least, most, allowed = low[wide], high[wide], least[wide], most[wide], allowed[wide]
         middle = 0.5 * (low + high)
         found = at(middle)
         if len(none := np.flatnonzero(~np.isfinite(found))):
             _refuse(value, f"has no finite value at cam angle {_shown(middle[none[0]])} deg")
-        allowed = max(allowed, BEYOND * float(np.abs(found).max(initial=0.0)))
+        largest = max(largest, float(np.abs(found).max(initial=0.0)))
         beyond = np.fmax(found - most, least - found)
-        for far in np.flatnonzero(beyond > allowed):
-            if high[far] - low[far] < RESOLVED:
+        for far in np.flatnonzero(beyond > np.maximum(allowed, LEAST * largest)):
+            share = AT_END if low[far] <= edges[0] or high[far] >= edges[-1] else BEYOND
+            if high[far] - low[far] < RESOLVED and beyond[far] > share * largest:
                 narrow = max(narrow, (abs(float(found[far])), float(middle[far])))
             else:
                 peaks += [low[far], middle[far], high[far]]

@@ -8,7 +8,7 @@ lift) carries it. Arrays are (..., p, n) on panels: leading axes are variants.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Literal, Protocol, final
+from typing import TYPE_CHECKING, Literal, final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,7 +20,7 @@ from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import TURN, Panels, panels, resolved, roots
 
 if TYPE_CHECKING:
-    from camgeom.mechanics.applied import Applied
+    from camgeom.mechanics.applied import Applied, Motion
 
 MILLI = 1e-3
 """kg mm/s² in N"""
@@ -34,17 +34,6 @@ QUIET = 1e-9
 """Share of the largest force below which a force counts as none: rounding in a dwell takes no side."""
 FLAT = 1e-9
 """rad; a pressure angle that is none"""
-
-
-class Motion(Protocol):
-    """What a motion program offers: derivatives of the lift (mm or rad) and the cam angles where they may jump."""
-
-    @cached_property
-    def knots(self) -> Floats:
-        """Cam angles in [0, 2 pi], rad, where a derivative may jump."""
-
-    def jet(self, theta: Floats, order: int = 3) -> Floats:
-        """Lift and its derivatives per rad of cam angle, (order + 1, n)."""
 
 
 @final

@@ -45,16 +45,18 @@ def load_of(profile: Profile, mechanism: Mechanism, load_factor: float = 1.0) ->
     means something for their follower (see `Operation.idle`).
     """
     operation, follower = operation_of(profile, "a force"), mechanism.follower
+    program, omega = mechanism.program, operation.speed * 2.0 * pi / 60.0
+    applied = (force.applied().followed(program, omega) for force in operation.force)
     mass = follower.moving(operation.load_mass, operation.load_inertia)
     return Load(
-        mechanism.program,
-        operation.speed * 2.0 * pi / 60.0,
+        program,
+        omega,
         mass,
         operation.friction,
         operation.spring_preload,
         operation.spring_rate * (DEGREES if follower.rotating else 1.0),
         0.0 if follower.rotating else mass * operation.gravity,
-        tuple(replace(force.applied(), factor=load_factor) for force in operation.force),
+        tuple(replace(force, factor=load_factor) for force in applied),
         "rotating" if follower.rotating else "translating",
         operation.guide_friction,
     )

@@ -20,7 +20,6 @@ from pydantic_core import CoreSchema, core_schema
 from camgeom.cams import Cam
 from camgeom.errors import DesignError, NotConverged, Problem, ProfileError
 from camgeom.keys import Section
-from camgeom.maths import Floats
 from camgeom.profile.idle import idle_problems, idle_way
 from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of
 from camgeom.profile.reader import Reader, first_of
@@ -58,6 +57,8 @@ if TYPE_CHECKING:
     from camgeom.profile.station import Station
     from camgeom.tolerance.spec import ToleranceSpec
 
+Swinging = tuple[str | None, float, float]
+"""a force by its expression and the ends of its range"""
 STDIN = "-"
 """the file name of standard input"""
 _FILES: Any = {"__all__": {"rows_from"}}
@@ -66,6 +67,8 @@ UNTOLD: Any = {"source": True, "units": True, "motion": _FILES,
 """what a design does not rest on: where it and its tables were read, and in which unit"""
 MOST_ROWS, MOST_TURRET_ROWS = 9_000, 5_000
 """of all force tables together, beside a roller and on a turret: a run then takes 10 to 30 s and up to 1.7 GB"""
+A_SWING = 2
+"""rows of a table that a panel of an expression on a turret takes as long as"""
 
 
 @runtime_checkable
@@ -140,6 +143,8 @@ class Profile(Section):
     """programs of the cam that have best laws, which share what their search may cost"""
     _pieces: int = PrivateAttr(0)
     """of the motion, between the cam angles at which a derivative of it may jump"""
+    _swings: dict[Swinging, int] = PrivateAttr(default_factory=dict)
+    """panels that follow how expressions of forces swing, the most at any speed; on a turret `A_SWING` times"""
 
     def __eq__(self, other: object) -> bool:
         """Whether the sections are equal, however they were stated."""
@@ -391,7 +396,7 @@ def from_data(
         raise ProfileError([Problem("duty", f"too many states of {followers} followers", states, most)], file)
     rows = MOST_FOLLOWED // (TURRETS_FOLLOWED if isinstance(profile.follower, TurretFollower) else 1)
     if (followed := _followed(profile)) > rows:
-        what = "too many pieces of motions and rows of forces, of every follower in every state"
+        what = "too many pieces of motions and rows or swings of forces, of every follower in every state"
         named = next(key for key in ("duty", "track", "station", "motion") if getattr(profile, key))
         raise ProfileError([Problem(named, what, followed, f"at most {rows}")], file)
     others = [track.whole for track in profile.tracks]
@@ -456,8 +461,11 @@ def _cross_checks(profile: Profile, tracks: bool) -> list[Problem]:
     if profile.operation is not None:
         idle += _forces("operation", profile.operation.force, profile.operation.speed, profile, setup)
         for index, state in enumerate(profile.operating_states):
-            forces = profile.operation.force if state.force is None else state.force
-            idle += _forces(f"duty[{index}]", forces, state.speed or profile.operation.speed, profile, setup)
+            speed = state.speed or profile.operation.speed
+            if state.force is not None:
+                idle += _forces(f"duty[{index}]", state.force, speed, profile, setup)
+            elif any(force.hangs_on_speed for force in profile.operation.force):
+                idle += _forces("operation", profile.operation.force, speed, profile, setup)
         for index, station in enumerate(profile.stations):
             idle += _forces(f"station[{index}]", station.force or (), profile.operation.speed, profile, setup)
     told = {problem.key for problem in idle}
@@ -500,47 +508,58 @@ def _warnings_beyond(limits: Limits) -> list[Problem]:
 def _forces(
     place: str, forces: tuple[Force, ...], speed: float, profile: Profile, setup: Setup
 ) -> Iterator[Problem]:
-    """Forces that have no value somewhere along the ideal motion, looked at every half degree; tables of many rows.
+    """Forces that have no value somewhere along the ideal motion, looked at every half degree; tables of many rows, and
+    expressions that swing as often.
 
     place: the table that they are of; speed: of the cam, r/min
     """
     if not forces:
         return
+    from camgeom.mechanics.applied import moving
+
     rows = _rows(forces)
-    most = MOST_TURRET_ROWS if isinstance(profile.follower, TurretFollower) else MOST_ROWS
+    turret = isinstance(profile.follower, TurretFollower)
+    most, each = (MOST_TURRET_ROWS, A_SWING) if turret else (MOST_ROWS, 1)
     if rows > most:
         hint = "the force is followed from row to row, round all rollers that bear: fewer rows, or an expression"
         yield Problem(f"{place}.force", "has too many rows in its tables", rows, f"at most {most}", hint)
         return
     theta, omega = np.linspace(0.0, TURN, 721), speed * TURN / 60.0
-    s, v, a = setup.program.jet(theta, 2)
-
-    def moving(angle: Floats) -> tuple[Floats, Floats, Floats]:
-        lift, slope, bend = setup.program.jet(angle, 2)
-        return lift, omega * slope, omega * omega * bend
-
+    state = moving(setup.program, omega, theta)
     for index, force in enumerate(forces):
+        key = f"{place}.force[{index}].expression"
         try:
-            applied = force.applied(f"{place}.force[{index}].expression")
-            applied(theta, s, omega * v, omega * omega * a)
-            applied.refuse_narrow(moving)
+            applied = force.applied(key)
+            applied(theta, *state)
+            swings = applied.followed(setup.program, omega).swings(setup.program, omega, most // each)
         except ProfileError as error:
             yield from error.problems
+            continue
+        if swings > most // each:
+            hint = "each of its swings is followed, round all rollers that bear: let it swing less often in a turn"
+            yield Problem(key, "swings too often", force.expression, f"at most {most // each} panels of a turn follow it", hint)
+        which = _swinging(force)
+        profile._swings[which] = max(profile._swings.get(which, 0), each * swings)
 
 
-def _rows(forces: tuple[Force, ...]) -> int:
-    """Of all tables together."""
-    return sum(len(force.table or ()) for force in forces)
+def _swinging(force: Force) -> Swinging:
+    return force.expression, force.begin, force.until
+
+
+def _rows(forces: tuple[Force, ...], swings: Mapping[Swinging, int] | None = None) -> int:
+    """Of all tables together, and panels that follow how expressions swing."""
+    return sum(len(force.table or ()) + (swings or {}).get(_swinging(force), 0) for force in forces)
 
 
 def _followed(profile: Profile) -> int:
-    """Pieces of the motions and rows of forces' tables that are followed, of every follower in every state."""
+    """Pieces of the motions, rows of forces' tables and panels of their expressions that are followed, of every
+    follower in every state."""
     total = 0
     for one in (profile, *(track.whole for track in profile.tracks)):
         own = one.operation.force if one.operation is not None else ()
         followers = [station.force or own for station in one.stations] + [own]
         states = [state.force for state in profile.operating_states] or [None]
-        total += sum(one._pieces + _rows(force or mine) for force in states for mine in followers)
+        total += sum(one._pieces + _rows(force or mine, one._swings) for force in states for mine in followers)
     return total
 
 

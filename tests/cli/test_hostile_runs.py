@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from camgeom.interrupts import deaf_children
+from camgeom.interrupts import beginning_children
 from tests.places import PROFILES, ROOT
 
 PROFILE = PROFILES / "disc_offset_roller.toml"
@@ -95,14 +95,26 @@ def test_a_signal_before_and_after_the_command_leaves_no_trace(early: bool, how:
     assert (done.returncode, done.stdout[: len(out)], done.stderr) == (code, out, err)
 
 
-SWALLOWING = """
+GOES = """
 class Going:
     def __del__(self):
         os.kill(os.getpid(), signal.{how})
         os.getpid()
-def main():
+def swallow():
     going = Going()
     del going
+"""
+CATCHES = """
+def swallow():
+    try:
+        os.kill(os.getpid(), signal.{how})
+        os.getpid()
+    except BaseException:
+        pass
+"""
+MAIN = """
+def main():
+    swallow()
     for _ in range(1000):
         time.sleep(0.01)
     return 0
@@ -113,9 +125,10 @@ sys.exit(entry.run())
 
 
 @pytest.mark.parametrize(("how", "code", "said"), [("SIGINT", 130, "interrupted"), ("SIGTERM", 143, "terminated")])
-def test_a_signal_within_code_that_cannot_raise_comes_again(how: str, code: int, said: str) -> None:
+@pytest.mark.parametrize("swallowing", [GOES, CATCHES], ids=["goes", "catches"])
+def test_a_signal_within_code_that_cannot_raise_comes_again(swallowing: str, how: str, code: int, said: str) -> None:
     """A study had loaded the tables of SciPy's Sobol sequences when SIGTERM came: it was printed and went on."""
-    done = subprocess.run([sys.executable, "-c", BEFORE + "\n" + SWALLOWING.format(how=how)], capture_output=True,
+    done = subprocess.run([sys.executable, "-c", BEFORE + swallowing.format(how=how) + MAIN], capture_output=True,
                           text=True, env=ENVIRONMENT, check=False)  # fmt: skip
     assert (done.returncode, done.stderr) == (code, f"camgeom: {said}\n")
 
@@ -131,7 +144,7 @@ def test_a_signal_within_text_that_runs_ends_with_its_status(tmp_path: Path) -> 
 def test_processes_that_begin_leave_interrupts_to_their_parent() -> None:
     """Ctrl-C at a terminal goes to all of its processes: workers that were still importing showed tracebacks."""
     code = "import sys, time; print(1, flush=True); time.sleep(0.2); print(2)"
-    with deaf_children():
+    with beginning_children():
         child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     assert child.stdout is not None
     assert child.stdout.readline() == "1\n"

@@ -22,7 +22,7 @@ from camgeom.dynamics.impact.solver import ORDINARY
 from camgeom.dynamics.impact.spec import too_long
 from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.immutable import immutable
-from camgeom.interrupts import deaf_children
+from camgeom.interrupts import beginning_children
 from camgeom.motion.own import begin_worker, cores, loaded_files
 
 PEAKS: tuple[Quantity, ...] = ("acceleration", "force_main", "force_return")
@@ -218,7 +218,7 @@ def _shared(jobs: Sequence[Job], order: Sequence[int], helpers: int) -> dict[int
     """Rows of the jobs by this process and `helpers` spawned ones: this one works while they start."""
     rows: dict[int, StudyRow | Unsolved] = {}
     with ProcessPoolExecutor(helpers, get_context("spawn"), begin_worker, (loaded_files(),)) as pool:
-        with deaf_children():
+        with beginning_children():
             given = {i: pool.submit(_row, jobs[i]) for i in order}
         for i in order:
             # a job that no helper has taken yet is done here
