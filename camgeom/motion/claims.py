@@ -26,6 +26,8 @@ CANCELLED, PLACES = 0.01, 9
 none"""
 DIGITS = 64.0 * float(np.finfo(np.float64).eps)
 """share of the sum of its terms to which a derivative is known"""
+NARROW = 1e-6
+"""share of the travel within which neither lift nor velocity may change: no angle that is looked at lies there"""
 APART = 1e-12
 """share of the travel by which its pieces may fail to meet"""
 TRUE_TO = 5e-4
@@ -95,6 +97,14 @@ def _refuse_unsound(pieces: Sequence[Piece], joins: bool) -> None:
             rounding = ROUNDING * lift * math.factorial(order) / min(_width(before), _width(after)) ** order
             if order <= after.kept and _step(before, after, order) > min(SMALL * most, KEPT * most + rounding):
                 raise ValueError(f"derivative {order} jumps at {after.start:.6g}, where a piece says that it is kept")
+    for order in (0, 1):
+        change = [abs(piece.value(piece.end, order) - piece.value(piece.start, order)) for piece in pieces]
+        most = max(abs(piece.value(x, order)) for piece in pieces for x in (piece.start, piece.end))
+        for piece, rise in zip(pieces, change):
+            if _width(piece) < NARROW and rise > SMALL * most:
+                what = "its velocity" if order else "its lift"
+                raise ValueError(f"{what} changes within {_width(piece):.3g} of the travel, from {piece.start:.6g} on; "
+                                 f"give it {NARROW:g} at least")
     _refuse_hidden(PieceTable.of(pieces), lift, joins)
 
 

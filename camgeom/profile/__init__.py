@@ -537,7 +537,8 @@ def _forces(
             continue
         if swings > most // each:
             hint = "each of its swings is followed, round all rollers that bear: let it swing less often in a turn"
-            yield Problem(key, "swings too often", force.expression, f"at most {most // each} panels of a turn follow it", hint)
+            allowed = f"at most {most // each} panels of a turn follow it"
+            yield Problem(key, "swings too often", force.expression, allowed, hint)
         which = _swinging(force)
         profile._swings[which] = max(profile._swings.get(which, 0), each * swings)
 

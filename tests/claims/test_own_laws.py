@@ -265,6 +265,27 @@ def test_a_power_law_of_many_digits_is_known(order: int, refused: bool) -> None:
     assert guarded("own", lambda: [piece])
 
 
+@pytest.mark.parametrize(("width", "told"), [(1e-10, True), (0.9e-6, True), (1.1e-6, False)])
+@pytest.mark.parametrize("order", [0, 1])
+def test_a_jump_within_less_than_is_looked_at_is_told(width: float, told: bool, order: int) -> None:
+    """A velocity that came within 1e-10 of the travel passed as continuous, and pressed nothing."""
+
+    def pieces() -> list[Piece]:
+        if order == 0:  # a hundredth of the lift in a step of a half sine
+            at, wave = 0.3, (pi / width, -0.005, 0.0)
+            return [Piece(0.0, at, 0.0, (0.0, 0.99)), Piece(at, at + width, at, (0.297, 0.99), (wave,)),
+                    Piece(at + width, 1.0, at + width, (0.307 + 0.99 * width, 0.99))]  # fmt: skip
+        speed = 1.0 / (1.0 - width)
+        first = Piece(0.0, width, 0.0, (0.0, 0.0, 0.5 * speed / width))
+        return [first, Piece(width, 1.0 - width, width, (first.value(width), speed)), first.mirrored()]
+
+    if told:
+        with pytest.raises(ProfileError, match=rf"its (lift|velocity) changes within {width:.3g} of the travel"):
+            guarded("narrow", pieces)
+    else:
+        assert guarded("narrow", pieces)
+
+
 def test_many_small_steps_are_a_jump() -> None:
     """Velocity rises from 0.5 to 3.5 within 8e-9 of the travel, in pieces that say it is kept."""
     count, width, at = 2000, 4e-12, 0.5
