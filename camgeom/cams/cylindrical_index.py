@@ -34,7 +34,7 @@ class CylindricalIndex(TurretKeys):
     """A drum -width/2 <= z <= width/2; the turret turns about a line along X through (0, center_distance, 0)."""
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("turret",)
-    MOST_PIECES: ClassVar[int] = 1_500
+    MOST_PIECES: ClassVar[int] = 1_200
     MOST_STEPPED: ClassVar[int] = 100
 
     kind: Literal["cylindrical-index"]

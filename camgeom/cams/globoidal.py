@@ -34,7 +34,7 @@ class Globoidal(TurretKeys):
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("turret",)
     ROOTLESS: ClassVar[dict[str, str]] = NO_STRESS
-    MOST_PIECES: ClassVar[int] = 1_500
+    MOST_PIECES: ClassVar[int] = 1_200
     MOST_STEPPED: ClassVar[int] = 100
 
     kind: Literal["globoidal"]

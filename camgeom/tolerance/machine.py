@@ -76,13 +76,14 @@ class MachineStudy:
         """Why the widest tolerances are not sought: each drawing of others has its own places; empty where they are."""
         given, spent = self._given, WIDEST * self.followers[0].spent()
         drawings = ROUNDS * len(given[0]) + SETTLING
-        each = sum(count * one for count, one in (one.machines(own).places for one, own in zip(self.followers, given)))
-        if drawings * each <= spent * len(self.followers):
+        machines = [one.machines(own) for one, own in zip(self.followers, given)]
+        each, spent = sum(count * one for count, one in (one.places for one in machines)), spent * len(self.followers)
+        if drawings * each <= spent:
             return ""
+        waves = max(one.or_waves(drawings * each / spent) for one in machines)
         return (
             f"some {drawings} drawings of machines, {each:.2g} s of one core before the first machine of each, would "
-            f"take more than the {spent * len(self.followers):.3g} s that are spent on them: fewer segments of the "
-            "motion, or errors"
+            f"take more than the {spent:.3g} s that are spent on them: fewer segments of the motion, or errors{waves}"
         )
 
     @cached_property

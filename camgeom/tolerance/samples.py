@@ -400,7 +400,7 @@ class Machines:
             raise NotConverged(
                 f"machines would be judged at {places} places ({MOVES} cam angles of a move, {len(DWELLS)} and more of "
                 f"a dwell{stops}), more than the {int(self.spent / each)} that are paid for: fewer segments of the "
-                f"motion{self._or_waves}"
+                f"motion{self.or_waves(places * each / self.spent)}"
             )
 
     def _refuse_long(self, samples: int, each: float) -> None:
@@ -410,12 +410,15 @@ class Machines:
             enough = f"at most {most} of tolerance.samples" if most >= self.least else "fewer segments of the motion"
             raise NotConverged(
                 f"{samples} machines would take about {samples * each:.3g} s of one core, more than the "
-                f"{self.spent:.3g} s that are left for one drawing of them: {enough}{self._or_waves}"
+                f"{self.spent:.3g} s that are left for one drawing of them: {enough}"
+                f"{self.or_waves(samples * each / self.spent)}"
             )
 
-    @property
-    def _or_waves(self) -> str:
-        return "" if self._waves < 4 else ", or fewer tolerance.flank_waves"
+    def or_waves(self, over: float) -> str:
+        """Advice on waves of the flank, where a single one needs so many times less."""
+        theta, _, more = self._angles
+        left = len(theta) - more * (1.0 - 1.0 / max(self._waves, 1))
+        return ", or fewer tolerance.flank_waves" if left * over < 0.9 * len(theta) and self._waves > 1 else ""
 
     @property
     def _stops(self) -> int:

@@ -420,7 +420,7 @@ def test_what_several_tracks_follow_is_told_of_the_tracks() -> None:
 
 @pytest.mark.parametrize(
     ("name", "most"),
-    [("fine_indexer", 1_500), ("parallel_index", 1_500), ("linear_groove", 6_500), ("pin_insertion", 3_000),
+    [("fine_indexer", 1_200), ("parallel_index", 1_500), ("linear_groove", 6_500), ("pin_insertion", 3_000),
      ("conical_guide", 2_000), ("end_face_lifter", 5_000), ("disc_flat_face", 5_000)],
 )
 @pytest.mark.parametrize("more", [0, 1])
