@@ -106,6 +106,8 @@ def run() -> int:
             said, status = ("terminated", 143) if stop.args else ("interrupted", 130)
             sys.stderr.write(f"camgeom: {said}\n")
     heard()
+    if status in (130, 143):  # pools of workers that were stopped as they began complain of what is closed by then
+        sys.unraisablehook = lambda _: None
     # An interrupt that comes out of text run as code (Python's own named tuples) is remembered as one that nobody has
     # caught: the process would end by SIGINT, whatever the status is. Other text that runs takes that back.
     exec("")

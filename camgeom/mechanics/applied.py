@@ -92,6 +92,11 @@ class Applied:
         found = _peaks(self.value, self.begin, self.length, program, omega if fast else 1.0)
         return replace(self, breaks=(*self.breaks, *found))
 
+    @property
+    def stated(self) -> tuple[float, ...]:
+        """Those of its breaks that are given: ends of its range, or rows."""
+        return self.breaks[:2] if isinstance(self.value, Expression) else self.breaks
+
     def peaked(self, program: Motion, omega: float) -> bool:
         """Whether an expression of the motion has peaks that samples might pass by, under this one or others that reach
         as far again (half as far downwards): where variants of a design have them, breaks of one do not help."""
@@ -123,7 +128,7 @@ class Applied:
             edges = np.concatenate([[0.0, TURN], breaks, program.knots])
             return panels(edges[(edges >= 0.0) & (edges <= TURN)], WIDEST)
 
-        start, alone = begun(self.breaks), len(begun(self.breaks[:2]).half)
+        start, alone = begun(self.breaks), len(begun(self.stated).half)
 
         def at(theta: Floats) -> Floats:
             state = moving(program, omega, theta.ravel()) if self.moved else ()

@@ -80,7 +80,7 @@ class MachineStudy:
         each, spent = sum(count * one for count, one in (one.places for one in machines)), spent * len(self.followers)
         if drawings * each <= spent:
             return ""
-        waves = max(one.or_waves(drawings * each / spent) for one in machines)
+        waves = max(one.or_waves(drawings * each / max(spent, 1e-9)) for one in machines)
         return (
             f"some {drawings} drawings of machines, {each:.2g} s of one core before the first machine of each, would "
             f"take more than the {spent:.3g} s that are spent on them: fewer segments of the motion, or errors{waves}"

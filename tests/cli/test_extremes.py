@@ -132,7 +132,7 @@ def test_tolerances_over_six_decades(tolerance):
 
 def test_a_huge_mesh_is_refused_before_memory_is_taken():
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    with pytest.raises(NotConverged, match="needs more than"):
+    with pytest.raises(NotConverged, match=r"needs \d+ cells, more than"):
         _ = Model(from_data(drum()), 1e-7).solid
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 600_000
 

@@ -33,6 +33,11 @@ def start(*arguments: str, limit: int | None = None, profile: Path = PROFILE) ->
     return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, env=ENVIRONMENT, preexec_fn=bounded)
 
 
+def heard() -> None:
+    """A shell's background job inherits that interrupts are ignored."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def finished(process: subprocess.Popen[str]) -> tuple[int, str, str]:
     out, err = process.communicate(timeout=120)
     assert "Traceback" not in err
@@ -165,7 +170,7 @@ def test_a_study_with_workers_ends_with_its_signal_and_leaves_nothing(
     words = ["study", str(PROFILE), "--exact", "--jobs", "2", "--sample", "sobol:4000",
              "--vary", "cam.base_radius=40:60", "--out", str(out)]  # fmt: skip
     process = subprocess.Popen([sys.executable, "-m", "camgeom", *words], stdout=subprocess.PIPE,
-                               stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)  # fmt: skip
+                               stderr=subprocess.PIPE, text=True, env=ENVIRONMENT, preexec_fn=heard)  # fmt: skip
     while process.poll() is None and not list(tmp_path.rglob("*.part")) + list(tmp_path.rglob(".camgeom*")):
         time.sleep(0.01)
     time.sleep(1.0)

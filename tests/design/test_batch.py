@@ -498,5 +498,16 @@ def test_applied_forces_are_followed_however_narrow(name: str, kind: str) -> Non
 
 
 def test_a_force_that_turns_too_often_is_the_models() -> None:
-    profile = from_data(pushed("disc", {"expression": "-60*abs(sin(9*phi))"}))
+    profile = from_data(pushed("disc", {"expression": "-60*abs(sin(9*phi)+0.5)"}))
     assert "turns so often" in str(supports(profile, ["operation.speed"]))
+
+
+@pytest.mark.parametrize(
+    ("expression", "reason"),
+    [("-60*exp(-((s-13.137)/0.02)**2)", "peaks that move"), ("-60*exp(-((s-25.0)/0.02)**2)", "peaks that move"),
+     ("-60-0.5*s", "None"), ("-60*exp(-((s-400.0)/0.02)**2)", "None")],
+)  # fmt: skip
+def test_a_force_with_peaks_along_the_motion_is_the_models(expression: str, reason: str) -> None:
+    """Also where this motion does not reach them: others of the study may."""
+    profile = from_data(pushed("disc", {"expression": expression}))
+    assert reason in str(supports(profile, ["operation.speed"]))
