@@ -19,8 +19,9 @@ signal.signal(signal.{how}, {handler})
 make, count = enum.EnumType.__call__, 0
 def interrupting(cls, *given, **named):
     global count
-    count += 1
-    if count == {at}:
+    own = cls.__module__ != "signal"  # whose own are asked for when handlers are set
+    count += own
+    if own and count == {at}:
         os.kill(os.getpid(), signal.{how})
     return make(cls, *given, **named)
 enum.EnumType.__call__ = interrupting
@@ -33,7 +34,7 @@ assert count >= {at}, count
 """
 
 
-@pytest.mark.parametrize("at", [3, 5])
+@pytest.mark.parametrize("at", [1, 3])
 @pytest.mark.parametrize(("handler", "said"), [("signal.default_int_handler", "interrupted True"),
                                                ("signal.SIG_IGN", "loaded")])  # fmt: skip
 @pytest.mark.parametrize("how", ["SIGINT", "SIGTERM"])
