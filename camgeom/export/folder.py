@@ -72,6 +72,7 @@ class RunFolder:
         self.staged = folder / f".camgeom-{secrets.token_hex(8)}.part"
         self._lock: int | None = None
         self._made: list[Path] = []
+        self._foretold = False
         self.moved: list[Path] = []
         """files that were in the way of this run's, or are of another design, where they are now"""
 
@@ -101,6 +102,9 @@ class RunFolder:
             if self._begun:  # stopped between the renames: another try, else the next run's
                 with suppress(OSError, ExportError), _alone(self.folder):
                     self._carry_through(read_manifest(self.folder, self.manifest), self.manifest)
+            elif self._foretold:  # what was to move stays
+                with suppress(OSError, ExportError), _alone(self.folder):
+                    self._tidy()
             self._leave()
             self._tell()
 
@@ -176,6 +180,7 @@ class RunFolder:
                     self._move(self.folder / own, self.folder / previous, None)
                 _replace_json(self.folder, manifest, own)
                 self._carry_through(manifest, own, fresh=True)
+                self._foretold = False
         except OSError as error:
             raise export_error(self.folder, error) from error
 
@@ -234,6 +239,7 @@ class RunFolder:
 
     def _foretell(self, manifest: dict[str, Any]) -> None:
         """Enter the files that are going to move in the manifests of where they move to."""
+        self._foretold = True
         known = {entry["file"]: entry for entry in manifest["earlier"].get("files", [])}
         for name, place in manifest["aside"]:
             if name in known and _same(self.folder / name, known[name]):
@@ -253,13 +259,20 @@ class RunFolder:
             if _STAGED.fullmatch(place.name) and place.is_dir() and (lock := _hold(place)) is not None:
                 shutil.rmtree(place, ignore_errors=True)
                 os.close(lock)
+        _unfinished(self.folder)
+        self._tidy()
+
+    def _tidy(self) -> None:
+        """Of the folders of earlier files, drop half manifests and entries of files that never came there, or have gone
+        since. Where nothing is being moved, that is."""
         earlier = [one for one in self.folder.glob(f"{PREVIOUS}*") if _EARLIER.fullmatch(one.name)]
-        # Of a folder that is another run's own, or somewhere else, somebody else may be the writer.
-        ours = [one for one in earlier if not one.is_symlink() and "command" not in read_manifest(one)]
-        for place in (path for folder in (self.folder, *ours) for path in folder.glob(".*.part")):
-            if _HALF.fullmatch(place.name) and place.is_file():
-                with suppress(OSError):
-                    place.unlink()
+        earlier = [one for one in earlier if _ours(one)]
+        for folder in (*earlier, *[one for above in earlier for one in above.iterdir() if _ours(one)]):
+            if (lock := _hold(folder)) is not None:  # else it is a run's that has no manifest yet
+                _unfinished(folder)
+                with suppress(OSError, ExportError):
+                    _pruned(folder)
+                os.close(lock)
 
 
 @contextmanager
@@ -296,6 +309,32 @@ def read_manifest(folder: Path, manifest: str = MANIFEST) -> dict[str, Any]:
         return dict(data) if plain and (begun or data["state"] == COMPLETE) else {}
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
         return {}
+
+
+def _ours(folder: Path) -> bool:
+    """Whether it is a folder of earlier files: in another run's own, or one elsewhere, somebody else may write."""
+    return folder.is_dir() and not folder.is_symlink() and "command" not in read_manifest(folder)
+
+
+def _pruned(folder: Path) -> None:
+    """Drop what the manifest of a folder of earlier files says of files that are not there."""
+    listed = read_manifest(folder).get("files", [])
+    there = [entry for entry in listed if os.path.lexists(folder / entry["file"])]
+    if there and len(there) < len(listed):
+        _replace_json(folder, {"state": COMPLETE, "files": there})
+    elif listed and not there:
+        (folder / MANIFEST).unlink()
+        folder.rmdir()
+        if _EARLIER.fullmatch(folder.parent.name):
+            folder.parent.rmdir()
+
+
+def _unfinished(folder: Path) -> None:
+    """Drop the half manifests of a folder that nobody else writes in."""
+    for place in folder.glob(".*.part"):
+        if _HALF.fullmatch(place.name) and place.is_file():
+            with suppress(OSError):
+                place.unlink()
 
 
 def _replace_json(folder: Path, data: dict[str, Any], manifest: str = MANIFEST) -> None:

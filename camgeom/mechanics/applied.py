@@ -14,7 +14,7 @@ import re
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
-from typing import Literal, Protocol, cast, final
+from typing import Literal, NamedTuple, Protocol, cast, final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,6 +34,8 @@ WIDEST = math.radians(6.0)
 """rad, of panels on which a force is followed, as `Load.panels` has them"""
 ROUNDED = 1e-9
 """degrees by which a turn that was written with decimals may come out longer"""
+MOST_DEGREE = 3
+"""of a polynomial of the motion that samples of any motion follow: springs that stiffen, drag of air"""
 CLOSING = 1e-14 * TURN
 """rad by which the end of a range may round to just past it"""
 
@@ -97,26 +99,12 @@ class Applied:
         """Those of its breaks that are given: ends of its range, or rows."""
         return self.breaks[:2] if isinstance(self.value, Expression) else self.breaks
 
-    def peaked(self, program: Motion, omega: float) -> bool:
-        """Whether an expression of the motion has peaks that samples might pass by, under this one or others that reach
-        as far again (half as far downwards): where variants of a design have them, breaks of one do not help."""
-        if not (self.moved and isinstance(self.value, Expression)):
-            return False
-        state = np.stack(moving(program, omega, np.linspace(0.0, TURN, 721)))
-        low, high = state.min(axis=1), state.max(axis=1)
-        low, high = low - 0.5 * (high - low), high + (high - low)
-
-        def swept(which: int, angle: Floats) -> list[Floats]:
-            share = np.mod(angle - self.begin, TURN) / self.length
-            at = np.where(np.arange(3) == which, share[..., None], 0.5)
-            return list(np.moveaxis(low + (high - low) * at, -1, 0))
-
-        try:
-            if len(self.followed(program, omega).breaks) > len(self.breaks):
-                return True
-            return any(peaks_of(self.value, self.begin, self.length, partial(swept, which)) for which in range(3))
-        except ProfileError:
-            return True
+    @property
+    def plain(self) -> bool:
+        """Whether no motion gives it peaks that samples of the motion pass by: a table, or a polynomial of lift,
+        velocity and acceleration whose coefficients are numbers, and any function of the cam angle added to it. A
+        polynomial of a low degree has no peak that is narrow beside the range it is taken over (Markov)."""
+        return not isinstance(self.value, Expression) or self.value.degree <= MOST_DEGREE
 
     def swings(self, program: Motion, omega: float, most: int) -> int:
         """Panels that follow an expression under a motion at a speed, rad/s, beyond those of the motion; `most` + 1
@@ -165,7 +153,7 @@ def _peaks(value: Expression, begin: float, length: float, program: Hashable, om
 def expression_force(text: str, begin: float, until: float, key: str = "operation.force") -> Applied:
     """A force given by an expression from cam angle `begin` to `until` (rad); past a turn where until < begin."""
     expression: Expression = compile_expression(text, key)
-    moved = not expression.variables.isdisjoint("sva")
+    moved = not expression.variables.isdisjoint(MOTION)
     start, length, ends = _range(begin, until)
     return Applied(start, length, (*ends, *narrow_peaks(expression, start, length)), value=expression, moved=moved)
 
@@ -258,6 +246,7 @@ VARIABLES: dict[str, str] = {
     "v": "follower velocity, mm/s or rad/s",
     "a": "follower acceleration, mm/s² or rad/s²",
 }
+MOTION = ("s", "v", "a")
 CONSTANTS: dict[str, float] = {"pi": math.pi, "e": math.e}
 FUNCTIONS: dict[str, tuple[np.ufunc, int, int]] = {
     "sin": (np.sin, 1, 1), "cos": (np.cos, 1, 1), "tan": (np.tan, 1, 1),
@@ -285,6 +274,40 @@ class _Refused(Exception):
         self.hint = hint
 
 
+class _Part(NamedTuple):
+    """What a part of an expression is: its degree in the motion, whether it hangs on the cam angle, the variable or the
+    number that it is."""
+
+    degree: float
+    turning: bool
+    variable: str = ""
+    number: float = math.nan
+
+    @property
+    def constant(self) -> bool:
+        return self.degree == 0.0 and not self.turning
+
+
+def _together(name: str, parts: Sequence[_Part]) -> _Part:
+    """What an operation makes of its arguments."""
+    degrees, turning = [part.degree for part in parts], any(part.turning for part in parts)
+    if not any(degrees):
+        known = name == "negative"
+        return _Part(0.0, turning, number=-parts[0].number if known else math.nan)
+    found = math.inf
+    if name in ("add", "subtract", "negative"):
+        found = max(degrees)
+    elif (name == "multiply" and (not turning or any(part.constant for part in parts))) or (
+        name == "divide" and parts[1].constant
+    ):
+        found = sum(degrees)
+    elif name == "power" and not turning and parts[1].number >= 1.0 and parts[1].number.is_integer():
+        found = degrees[0] * parts[1].number
+    elif name == "abs" and parts[0].variable == "v":
+        found = 1.0
+    return _Part(found, turning)
+
+
 @final
 @immutable(eq=True)
 class Expression:
@@ -298,6 +321,23 @@ class Expression:
     def variables(self) -> frozenset[str]:
         """Names of the variables that the expression uses."""
         return frozenset(name for kind, name, _ in self.steps if kind == "variable")
+
+    @cached_property
+    def degree(self) -> float:
+        """Degree of the polynomial of lift, velocity and acceleration, with numbers for coefficients, that it is beside
+        what it adds of the cam angle alone; abs(v) counts as v. Infinite where it is none."""
+        stack: list[_Part] = []
+        for kind, name, number in self.steps:
+            if kind == "number":
+                stack.append(_Part(0.0, False, number=number))
+            elif kind == "variable":
+                stack.append(_Part(float(name in MOTION), name not in MOTION, name))
+            else:
+                count = int(number)
+                found = _together(name, stack[-count:])
+                del stack[-count:]
+                stack.append(found)
+        return stack[0].degree
 
     def of(self, known: Mapping[str, Floats]) -> Floats:
         """Value for variables of other names, as they were given to `compile_expression`; what has none is not finite.

@@ -9,6 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Protocol, cast, final, runtime_checkable
@@ -459,15 +460,7 @@ def _cross_checks(profile: Profile, tracks: bool) -> list[Problem]:
 
         idle += station_problems(profile, setup)
     if profile.operation is not None:
-        idle += _forces("operation", profile.operation.force, profile.operation.speed, profile, setup)
-        for index, state in enumerate(profile.operating_states):
-            speed = state.speed or profile.operation.speed
-            if state.force is not None:
-                idle += _forces(f"duty[{index}]", state.force, speed, profile, setup)
-            elif any(force.hangs_on_speed for force in profile.operation.force):
-                idle += _forces("operation", profile.operation.force, speed, profile, setup)
-        for index, station in enumerate(profile.stations):
-            idle += _forces(f"station[{index}]", station.force or (), profile.operation.speed, profile, setup)
+        idle += _forces(profile, profile.operation, setup)
     told = {problem.key for problem in idle}
     found = [*idle, *(problem for problem in profile.cam.problems(setup) if problem.key not in told)]
     tables = (profile.cutter_spec, profile.dynamics_spec, profile.impact_spec, profile.tolerance_spec)
@@ -505,7 +498,27 @@ def _warnings_beyond(limits: Limits) -> list[Problem]:
     return found
 
 
-def _forces(
+def _forces(profile: Profile, operation: Operation, setup: Setup) -> Iterator[Problem]:
+    """Forces that cannot be followed, of the operation, its states and stations; each key once, where it is met."""
+    own = [(f"station[{index}]", station.force or ()) for index, station in enumerate(profile.stations)]
+    shared = [("operation", operation.force), *own]
+    asked = [(place, forces, operation.speed, "") for place, forces in shared]
+    for index, state in enumerate(profile.operating_states):
+        speed = state.speed or operation.speed
+        at = f", at the {speed:g} r/min of duty[{index}]"
+        kept = shared if state.force is None else shared[1:]
+        asked += [(f"duty[{index}]", state.force or (), speed, "")]
+        if speed != operation.speed and any(force.hangs_on_speed for _, forces in kept for force in forces):
+            asked += [(place, forces, speed, at) for place, forces in kept]
+    told: set[str] = set()
+    for place, forces, speed, at in asked:
+        for problem in _unfollowed(place, forces, speed, profile, setup):
+            if problem.key not in told:
+                told.add(problem.key)
+                yield replace(problem, message=problem.message + at)
+
+
+def _unfollowed(
     place: str, forces: tuple[Force, ...], speed: float, profile: Profile, setup: Setup
 ) -> Iterator[Problem]:
     """Forces that have no value somewhere along the ideal motion, looked at every half degree; tables of many rows, and

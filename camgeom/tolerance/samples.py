@@ -416,9 +416,10 @@ class Machines:
 
     def or_waves(self, over: float) -> str:
         """Advice on waves of the flank, where a single one needs so many times less."""
-        theta, _, more = self._angles
+        theta, dwells, more = self._angles
         left = len(theta) - more * (1.0 - 1.0 / max(self._waves, 1))
-        return ", or fewer tolerance.flank_waves" if left * over < 0.9 * len(theta) and self._waves > 1 else ""
+        left += (dwells or left) * (self._stops - 1)  # of rest at every stop, which no wave asks for
+        return ", or fewer tolerance.flank_waves" if left * over < 0.9 * self.places[0] and self._waves > 1 else ""
 
     @property
     def _stops(self) -> int:

@@ -465,6 +465,7 @@ FORCES: dict[str, dict[str, Any]] = {
     "97 waves": {"expression": "200*sin(97*phi)"},
     "a roof": {"expression": "max(0,500-200*abs(deg-201.3))"},
     "of the motion": {"from": 30.0, "until": 200.0, "expression": "0.5*v+0.001*a"},
+    "a spring that stiffens, and drag": {"expression": "-20-0.01*s**3-1e-4*v*abs(v)"},
 }
 SLIDES: dict[str, dict[str, Any]] = {
     "disc": {"kind": "disc", "base_radius": 40.0, "width": 12.0},
@@ -502,12 +503,26 @@ def test_a_force_that_turns_too_often_is_the_models() -> None:
     assert "turns so often" in str(supports(profile, ["operation.speed"]))
 
 
+@pytest.mark.parametrize("stated", ["-0.01*s**3-1e-4*v*abs(v)-20*sin(3*phi)", "-0.3*s-1e-3*a-1e-4*s*v"])
+def test_forces_of_the_motion_hold_far_beyond_the_designs_own(stated: str) -> None:
+    found = compare(pushed("drum", {"expression": stated}), {"motion[0].to": np.array([10.0, 20.0, 33.0, 48.0])})
+    assert not found.wrong
+    assert found.exist == 4
+
+
 @pytest.mark.parametrize(
-    ("expression", "reason"),
-    [("-60*exp(-((s-13.137)/0.02)**2)", "peaks that move"), ("-60*exp(-((s-25.0)/0.02)**2)", "peaks that move"),
-     ("-60-0.5*s", "None"), ("-60*exp(-((s-400.0)/0.02)**2)", "None")],
+    ("expression", "carried"),
+    [
+        ("-60-0.5*s", True), ("(s-2)**2/3", True), ("s*v*abs(v)+500*sin(9*phi)", True), ("-(2*s)**3", True),
+        ("s**4", False), ("(s+1)**-1", False), ("s*sin(phi)", False), ("(s+phi)**2", False), ("abs(v-3)", False),
+        ("-60*exp(-((s-13.137)/0.02)**2)", False),
+        ("-30*sign(v)", False),  # 0.9 % low where it jumps
+        # What this motion does not reach, or not at once, or what is broad: other variants passed by the batch alone.
+        ("3000*exp(-((s-50.003)/0.02)**2)", False), ("max(0,1-abs(s-24.3))", False),
+        ("3000*max(0,1-((s-27.003)/0.03)**2)*max(0,1-((v-830)/300)**2)", False), ("-60/(1+exp(-s))", False),
+    ],
 )  # fmt: skip
-def test_a_force_with_peaks_along_the_motion_is_the_models(expression: str, reason: str) -> None:
-    """Also where this motion does not reach them: others of the study may."""
-    profile = from_data(pushed("disc", {"expression": expression}))
-    assert reason in str(supports(profile, ["operation.speed"]))
+def test_a_force_with_peaks_along_the_motion_is_the_models(expression: str, carried: bool) -> None:
+    """Wherever its peaks lie: 460 MPa passed at a stroke of 60 where 1 052 are, as the design's own 20 had none."""
+    told = supports(from_data(pushed("disc", {"expression": expression})), ["motion[0].to"])
+    assert told is None if carried else "otherwise than as a polynomial" in str(told)

@@ -269,7 +269,45 @@ def test_stopped_between_the_renames(
         place = tmp_path / "previous/cam-one" if other else tmp_path / "previous"
         assert (place / "left.txt").read_text() == "old left"
         assert set(told(place)) == ({"left.txt", "result.txt"} if other else {"left.txt"})
-    assert not [path for path in tmp_path.iterdir() if path.name.startswith(".camgeom")]
+    assert not list(tmp_path.rglob(".*"))
+    for place in tmp_path.rglob("manifest.json"):
+        told(place.parent)
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, OSError(28, "No space left on device"), Killed])
+@pytest.mark.parametrize("other", [False, True], ids=["same profile", "another"])
+def test_what_was_to_move_and_stays_is_in_no_manifest_of_earlier_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, other: bool, error: Any
+) -> None:
+    run(tmp_path, {"result.txt": "old result", "left.txt": "old left", "right.txt": "old right"})
+    before = names(tmp_path)
+    foretell = rooms.RunFolder._foretell
+
+    def ended(self: RunFolder, manifest: dict[str, Any]) -> None:
+        foretell(self, manifest)
+        assert len(names(tmp_path / "previous")) == 1
+        (tmp_path / "previous" / f".manifest.json.{'0' * 16}.part").write_text("half")
+        raise error
+
+    about = {"name": "cam two", "stem": "cam-two"} if other else {}
+    with monkeypatch.context() as patched:
+        patched.setattr(rooms.RunFolder, "_foretell", ended)
+        if error is Killed:
+            patched.setattr(rooms.RunFolder, "__exit__", lambda self, *rest: os.close(self._lock))
+        with pytest.raises((ExportError, KeyboardInterrupt, Killed)):
+            run(tmp_path, FILES, design="b", **about)
+    if error is Killed:
+        with RunFolder(tmp_path):
+            pass
+    assert names(tmp_path) - {"manifest.json"} == before - {"manifest.json"}
+    assert not (tmp_path / "previous").exists()
+    # What somebody takes out of a folder of earlier files is none of them any more.
+    run(tmp_path, FILES, design="b")
+    place = tmp_path / "previous"
+    assert set(told(place)) == {"left.txt", "right.txt"}
+    (place / "left.txt").unlink()
+    run(tmp_path, FILES, design="c")
+    assert set(told(place)) == {"right.txt"}
 
 
 @pytest.fixture

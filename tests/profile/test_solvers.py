@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import pytest
 
 from camgeom.errors import ProfileError
@@ -15,6 +16,7 @@ from camgeom.model import Model
 from camgeom.profile import from_data
 from camgeom.profile.solvers import solver_problems
 from camgeom.report.result import compute
+from camgeom.track import TURN
 from tests.profile.cases import frozen, made, put
 
 Data = dict[str, Any]
@@ -130,6 +132,39 @@ def test_a_force_without_a_value_is_told_when_it_is_read(text: str, told: bool) 
         return
     with pytest.raises(ProfileError, match=r"operation\.force\[0\]\.expression: (.*no finite value|has a pole)"):
         from_data(data, "part.toml")
+
+
+STATES = ({"speed": 300.0, "share": 0.5}, {"speed": 700.0, "share": 0.5})
+
+
+@pytest.mark.parametrize("place", ["operation", "station"])
+@pytest.mark.parametrize("fast", [False, True])
+def test_a_force_that_a_states_speed_makes_endless_is_told_with_both(place: str, fast: bool) -> None:
+    """Stations were looked at at operation.speed alone: a run that had begun named `operation.force`, another one."""
+    sound = {**FORCE, "from": 0.0, "until": 360.0, "expression": "0*v"}
+    data = data_of("disc, roller", {"operation.speed": 300.0, "operation.force": (sound,), "operation.friction": 5.0})
+    program = from_data(data).setup().program
+    theta = np.linspace(0.0, TURN, 721)
+    most = float(np.abs(program.jet(theta, 1)[1]).max()) * TURN / 60.0  # mm/s for each r/min
+    bad = {**sound, "expression": f"1/(v-{most * (600.0 if fast else 800.0)!r})"}
+    beside = {"station": ({"angle": 180.0, "force": (bad,)},)}
+    changes = beside if place == "station" else {"operation.force": (bad,)}
+    data = data_of("disc, roller", {"operation.speed": 300.0, "operation.force": (sound,), **changes, "duty": STATES})
+    if not fast:
+        assert from_data(data)
+        return
+    with pytest.raises(ProfileError) as refused:
+        from_data(data)
+    (problem,) = refused.value.problems
+    assert problem.key == f"{place if place == 'operation' else 'station[0]'}.force[0].expression"
+    assert problem.message.endswith(", at the 700 r/min of duty[1]")
+
+
+def test_one_force_is_told_once_for_all_states() -> None:
+    waves = {**FORCE, "from": 0.0, "until": 360.0, "expression": "200*sin(500*v)"}
+    with pytest.raises(ProfileError) as refused:
+        from_data(data_of("disc, roller", {"operation.speed": 300.0, "operation.force": (waves,), "duty": STATES}))
+    assert [problem.message for problem in refused.value.problems] == ["swings too often"]
 
 
 @pytest.mark.parametrize(("case", "most"), [("disc, roller", 9_000), ("globoid", 5_000)])

@@ -516,6 +516,21 @@ def test_places_of_many_segments_are_refused_before_any_is_made(paid: float) -> 
         few.drawn(1000)
 
 
+def test_waves_are_advised_where_rest_at_every_stop_leaves_room() -> None:
+    """Machines at rest are judged at each of 8 stops, whatever waves the flank has."""
+    text = (ROOT / "profiles" / "tool_changer.toml").read_text()
+    many, one = (
+        study.machines(study.spreads)
+        for waves in (360, 1)
+        for study in (Model(parse(text.replace("flank_form =", f"flank_waves = {waves}\nflank_form ="))).tolerances,)
+    )
+    (places, each), fewest = many.places, one.places[0]
+    assert 1.3 * fewest < places
+    for share, told in ((0.8, "fewer segments of the motion$"), (1.3, "motion, or fewer tolerance.flank_waves$")):
+        with pytest.raises(NotConverged, match=told):
+            replace(many, spent=share * fewest * each)._refuse_many()
+
+
 @pytest.mark.parametrize("times", [0.0, 1e6])
 def test_the_widest_tolerances_of_many_places_are_not_sought(times: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each of some forty drawings has its places anew: 100 moves of the tool changer took 87 s."""

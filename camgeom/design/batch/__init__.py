@@ -78,14 +78,16 @@ def supports(profile: Profile, varied: Sequence[str], trial: Mapping[str, Floats
 
 def _restless(profile: Profile) -> str | None:
     """Why its applied forces need the exact model, whose panels become as narrow as they ask for."""
-    from camgeom.design.batch.legs import MOST_CUTS, force_cuts, program_of
-    from camgeom.track import TURN
+    from camgeom.design.batch.legs import MOST_CUTS, force_cuts
 
     if profile.operation is None or not profile.operation.force:
         return None
-    forces, omega = [force.applied() for force in profile.operation.force], profile.operation.speed * TURN / 60.0
-    if any(force.peaked(program_of(profile), omega) for force in forces if force.moved):
-        return "operation.force: hangs on the motion, and has peaks that move with it"
+    forces = [force.applied() for force in profile.operation.force]
+    if not all(force.plain for force in forces):
+        return (
+            "operation.force: hangs on the motion otherwise than as a polynomial (numbers times products of up to "
+            "three of s, v, a, abs(v)), so that its jumps and peaks may lie anywhere"
+        )
     breaks = {angle for force in forces for angle in force.breaks}
     many = len(force_cuts(profile)) - len(breaks)
     return f"operation.force: turns so often that more than {MOST_CUTS} pieces follow it" if many > MOST_CUTS else None
