@@ -63,9 +63,10 @@ def contact_kept(model: Model) -> Iterable[Finding]:
     if least.value < -slack:
         ranges = [f"{degrees(lost.begin):.6g} to {degrees(lost.end):.6g}" for lost in kept.lost]
         where = ", ".join(f"no contact from {angles} deg" for angles in ranges)
-        rpm = kept.leaving_speed * 30.0 / pi
         unit = "N mm" if model.profile.rotating else "N"
-        advice = f"contact is lost above {rpm:.6g} r/min: raise spring_preload to {kept.preload_needed:.6g} {unit}"
+        if kept.leaving_speed is not None:
+            advice = f"contact is lost above {kept.leaving_speed * 30.0 / pi:.6g} r/min: "
+        advice += f"raise spring_preload to {kept.preload_needed:.6g} {unit}"
         advice += " or more, lower the mass or the speed, or use a form-closed cam"
     yield judged(
         "contact-kept", least.value, ">=", 0.0, "N", advice, slack=slack, cam_angle=least.cam_angle, where=where

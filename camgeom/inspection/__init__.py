@@ -38,6 +38,8 @@ FREE: dict[str, tuple[int, ...]] = {
 """columns of (rotation vector, translation) that a fit moves"""
 ANGLES, TRIED, SUBSET, SEARCHED = 360, 4, 160, 48
 ROUNDS, ROUGH_ROUNDS = 60, 12
+SMALLEST = 1e-6
+"""mm, of what is measured"""
 SETTLED = 1e-13
 """step, as a share of the cam's size, that ends the fit"""
 STALLED = 1e-6
@@ -291,7 +293,8 @@ class _Registration:
     def descended(self, state: _Placement, rough: bool = False) -> _Placement:
         """Gauss-Newton steps to the least squares, shortened where they do not descend, of the points that count before
         and after: one that comes to lie beyond an edge says nothing of the step."""
-        size = float(np.abs(self.x).max())
+        # Points that are all but one place are turned about it by nothing.
+        size = max(float(np.abs(self.x).max()), SMALLEST)
         for count in range(1, (ROUGH_ROUNDS if rough else ROUNDS) + 1):
             if not np.any(state.kept):
                 return state

@@ -62,6 +62,9 @@ def _parsed(lines: Iterator[str], name: str) -> MeasuredPoints:
     separator = next((mark for mark in SEPARATORS if mark in first), ",")
     heads = [head.strip().lower() for head in next(csv.reader([first], delimiter=separator), [])]
     columns, polar = _columns(heads, name)
+    for column in columns:
+        if heads.count(heads[column]) > 1:
+            raise _refused(name, "line 1", f"names {heads[column]!r} twice", ", ".join(heads)[:80])
     flank = next((i for i, head in enumerate(heads) if head in FLANK), None)
     values: list[list[float]] = []
     names: list[str] = []

@@ -90,9 +90,13 @@ class Applied:
         """
         if not (self.moved and isinstance(self.value, Expression)):
             return self
-        fast = not self.value.variables.isdisjoint("va")
-        found = _peaks(self.value, self.begin, self.length, program, omega if fast else 1.0)
+        found = _peaks(self.value, self.begin, self.length, program, omega if self.fast else 1.0)
         return replace(self, breaks=(*self.breaks, *found))
+
+    @property
+    def fast(self) -> bool:
+        """Whether it hangs on the speed."""
+        return isinstance(self.value, Expression) and not self.value.variables.isdisjoint("va")
 
     @property
     def stated(self) -> tuple[float, ...]:
@@ -147,7 +151,8 @@ def moving(program: Motion, omega: float, theta: Floats) -> tuple[Floats, Floats
 
 @lru_cache(64)
 def _peaks(value: Expression, begin: float, length: float, program: Hashable, omega: float) -> tuple[float, ...]:
-    return peaks_of(value, begin, length, partial(moving, cast("Motion", program), omega))
+    motion = cast("Motion", program)
+    return peaks_of(value, begin, length, partial(moving, motion, omega), motion.knots)
 
 
 def expression_force(text: str, begin: float, until: float, key: str = "operation.force") -> Applied:

@@ -34,6 +34,9 @@ BEYOND, LEAST = 0.05, 0.002
 """shares of the force round about, and of the largest, by which a peak rises above what is seen there"""
 AT_END = 0.5
 """the same at an end of the range, where a force may rise steeply up to it, and panels become as narrow"""
+PIECE, OF_PIECE = 16, 1.0 / 256.0
+"""angles at which a piece of a motion is looked at, at least, and the share of it that is narrow: panels end at its
+ends, where it may kink"""
 ASIDE, INSIDE = 0.381966, 1e-7
 """of a step, so that no angle of a round number of degrees is looked at, where a pole may lie; of the range's ends"""
 MOST_RANGES, MOST_POLES = 50_000, 200_000
@@ -54,9 +57,14 @@ def narrow_peaks(value: Expression, begin: float, length: float) -> tuple[float,
     return () if value.variables.isdisjoint(ANGLES) or value.variables & MOVED else peaks_of(value, begin, length, None)
 
 
-def peaks_of(value: Expression, begin: float, length: float, motion: Motion | None) -> tuple[float, ...]:
+def peaks_of(
+    value: Expression, begin: float, length: float, motion: Motion | None, knots: Sequence[float] | Floats = ()
+) -> tuple[float, ...]:
     """The same of one that hangs on the motion too: within a range that is held to move by a quarter more than its ends
-    and middle say."""
+    and middle say.
+
+    knots  cam angles in [0, 2 pi], rad, between which the motion is of one piece, however short
+    """
 
     def known(angle: Floats) -> dict[str, Floats]:
         turned = np.mod(angle, TURN)
@@ -76,7 +84,9 @@ def peaks_of(value: Expression, begin: float, length: float, motion: Motion | No
 
     count = max(2, math.ceil(length / SEEN))
     edges = begin + length * (np.arange(count) + ASIDE) / count
-    edges = np.r_[begin + INSIDE * length, edges, begin + (1.0 - INSIDE) * length]
+    joints = np.unique(np.r_[begin, begin + np.mod(np.asarray(knots, dtype=np.float64) - begin, TURN)])
+    joints = np.r_[joints[joints < begin + length], begin + length]
+    edges = np.r_[begin + INSIDE * length, edges, _within(joints), begin + (1.0 - INSIDE) * length]
     edges = distinct(np.r_[edges, [TURN] if begin < TURN < begin + length else []])
     seen = at(edges)
     # The ends are seen, but do not say what is beside them: a pole or half a peak may stand there.
@@ -84,7 +94,7 @@ def peaks_of(value: Expression, begin: float, length: float, motion: Motion | No
     known_by[[0, -1]] = seen[[1, -2]]
     least, most = (f(known_by[:-1], known_by[1:]) for f in (np.fmin, np.fmax))
     low, high, largest = edges[:-1], edges[1:], float(np.fmax.reduce(np.abs(known_by), initial=0.0))
-    looked, narrow, peaks = 0, (0.0, 0.0), _alone(edges, seen, BEYOND * largest)
+    looked, narrow, peaks = -len(low), (0.0, 0.0), _alone(edges, seen, BEYOND * largest)
     if length > 4.0 * RESOLVED:
         ends, last = edges[[0, -1]], seen[[0, -1]]
         before = at(ends + np.array([RESOLVED, -RESOLVED]))
@@ -105,9 +115,11 @@ def peaks_of(value: Expression, begin: float, length: float, motion: Motion | No
         beyond = np.fmax(found - most, least - found)
         for far in np.flatnonzero(beyond > np.maximum(allowed, LEAST * largest)):
             share = AT_END if low[far] <= edges[0] or high[far] >= edges[-1] else BEYOND
-            if high[far] - low[far] < RESOLVED and beyond[far] > share * largest:
+            first, last = np.searchsorted(joints, [low[far], high[far]])
+            piece = float(np.diff(joints[max(first - 1, 0) : last + 1]).min(initial=TURN))
+            if high[far] - low[far] < min(RESOLVED, OF_PIECE * piece) and beyond[far] > share * largest:
                 narrow = max(narrow, (abs(float(found[far])), float(middle[far])))
-            else:
+            elif first == last:  # else a panel ends there anyhow
                 peaks += [low[far], middle[far], high[far]]
         least, most = np.fmin(least, found), np.fmax(most, found)
         low, high, least, most = np.r_[low, middle], np.r_[middle, high], np.r_[least, least], np.r_[most, most]
@@ -115,6 +127,13 @@ def peaks_of(value: Expression, begin: float, length: float, motion: Motion | No
         what = f"has a pole, or a peak narrower than {math.degrees(RESOLVED):.2g} deg, at cam angle"
         _refuse(value, f"{what} {_shown(narrow[1])} deg, where it reaches {narrow[0]:.4g}")
     return tuple(sorted({float(x) if x <= TURN else float(x) - TURN for x in peaks}))
+
+
+def _within(joints: Floats) -> Floats:
+    """Angles within every piece of a motion that is shorter than what is looked at anyhow."""
+    wide = np.diff(joints)
+    short = (wide > POINT) & (wide < PIECE * SEEN)
+    return np.asarray(joints[:-1][short, None] + wide[short, None] * (np.arange(PIECE) + ASIDE) / PIECE).ravel()
 
 
 def _alone(edges: Floats, seen: Floats, allowed: float) -> list[float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from contextlib import suppress
 from functools import cache
 from math import degrees, radians
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 
 from camgeom.cli import main
-from camgeom.errors import ProfileError
+from camgeom.errors import NotConverged, ProfileError
 from camgeom.export import write
 from camgeom.export.points import flank_points
 from camgeom.inspection import GROSS, inspect, rotation
@@ -405,3 +406,28 @@ def test_the_text_tells_how_far_a_plate_was_shifted(tmp_path: Path, capsys: pyte
     assert main(["inspect", str(PROFILES / "linear_groove.toml"), str(file), "--fit", "rigid"]) == 0
     told = f"rigid; travel {x:.6f} mm, across {y:.6f} mm, height {z:.6f} mm, angle {angle:.6f} deg"
     assert told in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("fit", ["none", "angle", "axial", "rigid"])
+@pytest.mark.parametrize("size", [0.0, 1e-200, 1e-12, 1e-3])
+def test_points_that_are_all_but_one_place_are_told(size: float, fit: str) -> None:
+    """Numbers of the file that no cam has: a division by nothing, and "this is a bug"."""
+    x = size * np.random.default_rng(1).uniform(-1.0, 1.0, (3, 20))
+    if fit == "rigid":  # shifted to a flank, one place is any other
+        with suppress(NotConverged, ProfileError):
+            assert np.isfinite(inspect(model("disc_offset_roller"), measured(x), fit=fit).deviation).all()
+        return
+    with pytest.raises(ProfileError, match="do not belong to this cam"):
+        inspect(model("disc_offset_roller"), measured(x), fit=fit)
+
+
+def test_a_column_twice_is_no_table(tmp_path: Path) -> None:
+    for heads, told in (("x,x,y,z", True), ("x,note,note,y,z", False)):
+        place = tmp_path / "points.csv"
+        rows = "\n".join(",".join(str(k + j) for j in range(len(heads.split(",")))) for k in range(8))
+        place.write_text(f"{heads}\n{rows}\n")
+        if told:
+            with pytest.raises(ProfileError, match="line 1: names 'x' twice"):
+                read_points(place)
+        else:
+            assert read_points(place).x.shape == (3, 8)

@@ -7,6 +7,7 @@ from math import pi
 import numpy as np
 import pytest
 
+from camgeom.checks import judge
 from camgeom.dynamics.impact import solver as impact_solver
 from camgeom.dynamics.impact.lift import ForceTable, Lift
 from camgeom.dynamics.impact.problem import ImpactLoad
@@ -114,3 +115,15 @@ def test_a_contact_too_stiff_to_be_followed_is_refused(monkeypatch: pytest.Monke
     spring = {"friction = 8.3": "friction = 8.3\nspring_rate = 6115", "speed = 600": "speed = 240"}
     with pytest.raises(NotConverged, match="speed_floor"):
         _ = model("pin_insertion", "clearance = 0.015\nrestitution = 0.2\ntolerance = 1e-5\n", **spring).impact
+
+
+@pytest.mark.parametrize(("stiffness", "sinks"), [(1.0, True), (1e3, True), (1e6, False)])
+def test_a_roller_that_sinks_into_its_cam_is_no_contact(stiffness: float, sinks: bool) -> None:
+    """149 N at 1 N/mm^1.5 are 28 mm of a roller of 20: 126 MPa passed, as what is soft presses little."""
+    made = model("conjugate_rocker", f'law = "power"\nstiffness = {stiffness}\nexponent = 1.5\n')
+    if sinks:
+        with pytest.raises(NotConverged, match=r"the roller sinks .* mm into the cam, more than a twentieth"):
+            _ = made.impact
+        assert "the roller sinks" in str(judge(made, ["impact-pressure"]).not_judged)
+        return
+    assert made.impact.trace.penetration.max() <= 0.05 * 0.02

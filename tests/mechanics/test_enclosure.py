@@ -164,6 +164,31 @@ def test_a_peak_that_hangs_on_the_motion_is_found(expression: str, size: float, 
     assert 0.97 * size < peak < 1.5 * size
 
 
+@pytest.mark.parametrize("start", [100.1, 100.15, 100.28, 100.4, 100.6, 300.05])
+@pytest.mark.parametrize(
+    ("expression", "told"),
+    [("30000*exp(-((a-4e4)/100)**2)", True), ("30000*exp(-((v-0.4)/0.001)**2)", True),
+     ("0.8*a", False), ("30000*exp(-((a-9e4)/100)**2)", False)],
+)  # fmt: skip
+def test_a_move_of_a_tenth_of_a_degree_is_looked_into(start: float, expression: str, told: bool) -> None:
+    """Of two places half a degree apart neither saw it: 30 kN passed as 4, by where the move lay."""
+    moves = ((start, 0.0), (start + 0.1, 1e-5), (start + 0.2, 0.0), (360.0, 0.0))
+    data: dict[str, Any] = read_data(PROFILES / "disc_offset_roller.toml")
+    motion = tuple({"until": until, "to": to, "law": "3-4-5"} if 0 < k < 3 else {"until": until}
+                   for k, (until, to) in enumerate(moves))  # fmt: skip
+    force = {"from": 90.0, "until": 350.0, "expression": expression}
+    changed = {**data, "motion": motion, "operation": {**data["operation"], "speed": 600.0, "force": (force,)}}
+    if told:
+        with pytest.raises(ProfileError, match="has a pole, or a peak narrower"):
+            camgeom.read(changed)
+        return
+    # The acceleration of the move reaches 10 / sqrt(3) times its height over the square of its time.
+    most = 10.0 / np.sqrt(3.0) * 1e-5 / (0.1 / 360.0 / 10.0) ** 2
+    assert 4e4 < most < 9e4
+    found = float(camgeom.read(changed).load.sampled().force.max())
+    assert (found > 0.8 * most) == ("0.8" in expression)
+
+
 def test_what_swings_is_followed_as_far_as_tables_are() -> None:
     """Rows of tables were counted, swings of expressions not: 4 GB, and no end."""
     with pytest.raises(ProfileError, match=r"force\[0\]\.expression: swings too often .* at most 9000 panels"):

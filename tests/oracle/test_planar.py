@@ -8,11 +8,14 @@ import numpy as np
 import pytest
 
 from camgeom.checks import findings
-from camgeom.errors import DesignError, ProfileError
+from camgeom.errors import DesignError, NotConverged, ProfileError
 from camgeom.mechanics.duty import peak_of
+from camgeom.mechanics.kept import Kept
 from camgeom.model import Model
-from camgeom.profile import parse
+from camgeom.profile import from_data, parse, read_data
 from camgeom.report.result import COMMANDS, compute
+from camgeom.report.sections.load import held, kept_rows
+from tests.places import PROFILES
 from tests.reference.planar_machines import b1, disc, flat, machine, toml
 
 JUMPING = [(120, 10, "cycloidal"), (180, None, None), (300, 0, "cycloidal"), (360, None, None)]
@@ -48,6 +51,59 @@ def test_spring_and_speed_that_just_keep_contact() -> None:
     rpm = drive.kept.leaving_speed * 30.0 / pi
     assert (jumping(speed=0.999 * rpm).drive.kept.lost == ()) is True
     assert (jumping(speed=1.002 * rpm).drive.kept.lost == ()) is False
+
+
+def blown(expression: str, speed: float, mass: float = 0.9, preload: float = 400.0) -> Model:
+    """The disc with a spring, under a force that hangs on the speed."""
+    data = read_data(PROFILES / "disc_offset_roller.toml")
+    force = {"from": 0.0, "until": 360.0, "expression": expression}
+    operation = {**data["operation"], "speed": speed, "spring_preload": preload, "force": (force,)}
+    return Model(from_data({**data, "follower": {**data["follower"], "mass": mass}, "operation": operation}))
+
+
+@pytest.mark.parametrize(
+    ("expression", "mass", "speed"),
+    [("0.0003*v*abs(v)", 0.9, 100.0), ("0.0003*v*abs(v)", 0.9, 700.0), ("50*floor(v/200)", 9.0, 300.0),
+     ("0.001*abs(a)", 0.3, 500.0), ("2e-9*a*a", 0.3, 500.0), ("-0.03*abs(v)+2e-9*a*a", 0.3, 500.0)],
+)  # fmt: skip
+def test_the_speed_at_which_contact_is_lost_under_forces_that_hang_on_it(
+    expression: str, mass: float, speed: float
+) -> None:
+    """It was sought by repeating, without a bracket: it ended a sound run with 2, or was 0 beside a kept contact."""
+    kept = blown(expression, speed, mass).drive.kept
+    holds = kept.least.value >= 0.0
+    rpm = kept.leaving_speed * 30.0 / pi
+    if rpm == float("inf"):
+        assert holds
+        assert blown(expression, 20.0 * speed, mass).drive.kept.least.value >= 0.0
+        return
+    assert (rpm > speed) == holds
+    # A force that jumps is known to its panels beside the jump.
+    for factor in (0.99, 1.01) if "floor" in expression else (0.999, 1.002):
+        assert (blown(expression, factor * rpm, mass).drive.kept.least.value >= 0.0) == (factor < 1.0)
+
+
+def test_a_follower_that_leaves_fails_whatever_is_known_of_other_speeds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A line of advice that could not be given took the finding along: -392 N had the headline PASS."""
+    model = blown("50*floor(v/200)", 500.0, 9.0)
+    (finding,) = findings(model, ["contact-kept"])
+    assert finding.level == "fail"
+    assert finding.value == pytest.approx(-401.0, abs=1.0)
+    # One whose force has no value at other speeds.
+    model = blown("-100-100*sqrt(1-(v/1600)**2)", 500.0)
+    assert model.drive.kept.leaving_speed is None
+    assert "leaving_speed_rpm" in model.drive.kept.data()
+    row = "Contact is lost above", "not known: forces that hang on the speed", "", None
+    assert row in kept_rows(model.drive.kept)
+    assert "nan" not in f"{held(model.drive.kept)}"
+
+    def lost(kept: Kept) -> float:
+        raise NotConverged("it swings")
+
+    monkeypatch.setattr(Kept, "_changing", lost)
+    (finding,) = findings(blown("50*floor(v/200)", 500.0, 9.0), ["contact-kept"])
+    assert finding.level == "fail"
+    assert finding.advice.startswith("raise spring_preload to ")
 
 
 def test_two_way_drives_share_the_force_between_their_touches() -> None:

@@ -14,6 +14,7 @@ from camgeom.dynamics.impact.laws import ImpactDamping
 from camgeom.dynamics.impact.problem import Coordinates, ImpactProblem, Recorded, Regime, State, follower, spin
 from camgeom.dynamics.impact.rates import CompiledProblem
 from camgeom.dynamics.impact.solver import hermite_row, step, walk
+from camgeom.errors import NotConverged
 from camgeom.immutable import immutable
 from camgeom.maths import TURN, Floats
 from camgeom.maths.frozen import cached_property
@@ -65,6 +66,8 @@ class Wear(NamedTuple):
     friction: float
 
 
+DEEPEST = 0.05
+"""share of the roller's radius to which it sinks into the cam by a law that may be believed"""
 SHARES = 8
 """intervals that every step is sampled in"""
 EVEN: Floats = np.linspace(0.0, 1.0, SHARES + 1)
@@ -452,7 +455,15 @@ def solve(
     """
     end = start_angle + TURN * turns if end_angle is None else end_angle
     machine, recorded = walk(problem, start_angle, end, start, rtol, most)
-    return ImpactRun(problem, start_angle, rtol, machine, recorded)
+    run = ImpactRun(problem, start_angle, rtol, machine, recorded)
+    for side, patch in enumerate(problem.patches):
+        depth = float(run.trace.penetration[..., side].max(initial=0.0))
+        if patch is not None and depth > DEEPEST * patch.roller_radius:
+            raise NotConverged(
+                f"the roller sinks {1e3 * depth:.4g} mm into the cam, more than a twentieth of its radius of "
+                f"{1e3 * patch.roller_radius:.4g} mm: no contact law holds there; it is far too soft for load and speed"
+            )
+    return run
 
 
 def _pick(trace: Trace, quantity: Quantity, first: int = 0, last: int | None = None) -> Floats:
