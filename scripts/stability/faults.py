@@ -103,18 +103,21 @@ class Fault:
         if self.count in self.chosen:
             self.due.append(self.count)
         # Of several threads a twin has one: what would fail in one of them fails in the next operation without others.
-        while self.due and len(sys._current_frames()) == 1:  # those that `threading` does not know, too
+        while self.due and _alone():
             self.held = True  # in the twin nothing more fails, and what judges it is not counted
-            self._forked(self.due.pop(0))
+            folder, kept = self.place / "out", self.place / "kept"
+            _linked(folder, kept)
+            if alone := _alone():  # while files were linked another thread may have begun
+                self._forked(self.due.pop(0), folder, kept)
             self.held = False
+            if not alone:
+                break
 
-    def _forked(self, number: int) -> None:
+    def _forked(self, number: int, folder: Path, kept: Path) -> None:
         """Return in the run itself, raise in its twin."""
         for stream in self.streams:
             stream.flush()
         places = [stream.tell() for stream in self.streams]
-        folder, kept = self.place / "out", self.place / "kept"
-        _linked(folder, kept)
         if (keeper := os.fork()) == 0:
             fcntl.flock = lambda *_: None  # type: ignore[assignment]  # the run holds its folder, for its twins too
             if (twin := os.fork()) == 0:
@@ -136,6 +139,11 @@ class Fault:
         if not self.held:
             self.held = True
             (self.place / "tally").write_text(str(self.count))
+
+
+def _alone() -> bool:
+    """Whether there is no other thread, of those that `threading` does not know too."""
+    return len(sys._current_frames()) == 1
 
 
 def _linked(folder: Path, copy: Path) -> None:
