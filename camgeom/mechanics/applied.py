@@ -110,6 +110,14 @@ class Applied:
         polynomial of a low degree has no peak that is narrow beside the range it is taken over (Markov)."""
         return not isinstance(self.value, Expression) or self.value.degree <= MOST_DEGREE
 
+    @property
+    def anywhere(self) -> tuple[float, ...]:
+        """Its breaks, and those round peaks of what a plain one adds of the cam angle alone: they do not hang on the
+        motion. Raises ProfileError where they are not resolved."""
+        if not (self.moved and isinstance(self.value, Expression)):
+            return self.breaks
+        return (*self.breaks, *_peaks_at_rest(self.value, self.begin, self.length))
+
     def swings(self, program: Motion, omega: float, most: int) -> int:
         """Panels that follow an expression under a motion at a speed, rad/s, beyond those of the motion; `most` + 1
         where there are more. Raises ProfileError as `followed`."""
@@ -153,6 +161,11 @@ def moving(program: Motion, omega: float, theta: Floats) -> tuple[Floats, Floats
 def _peaks(value: Expression, begin: float, length: float, program: Hashable, omega: float) -> tuple[float, ...]:
     motion = cast("Motion", program)
     return peaks_of(value, begin, length, partial(moving, motion, omega), motion.knots)
+
+
+@lru_cache(64)
+def _peaks_at_rest(value: Expression, begin: float, length: float) -> tuple[float, ...]:
+    return peaks_of(value, begin, length, lambda angle: [np.zeros_like(angle)] * 3)
 
 
 def expression_force(text: str, begin: float, until: float, key: str = "operation.force") -> Applied:

@@ -95,10 +95,14 @@ def peaks_of(
     least, most = (f(known_by[:-1], known_by[1:]) for f in (np.fmin, np.fmax))
     low, high, largest = edges[:-1], edges[1:], float(np.fmax.reduce(np.abs(known_by), initial=0.0))
     looked, narrow, peaks = -len(low), (0.0, 0.0), _alone(edges, seen, BEYOND * largest)
+    # An end that falls to a value that there is elsewhere, or to the nothing beside its range, hides no more than that.
+    some = np.r_[known_by, [] if length > TURN - POINT else 0.0]
+    lowest, highest = float(np.fmin.reduce(some)), float(np.fmax.reduce(some))
     if length > 4.0 * RESOLVED:
         ends, last = edges[[0, -1]], seen[[0, -1]]
         before = at(ends + np.array([RESOLVED, -RESOLVED]))
-        steep = np.abs(last - before) > AT_END * max(largest, float(np.fmax.reduce(np.abs(before))))
+        much = AT_END * max(largest, float(np.fmax.reduce(np.abs(before))))
+        steep = (np.abs(last - before) > much) & ~(np.abs(last - np.clip(last, lowest, highest)) <= much)
         narrow = max([narrow, *((abs(float(last[k])), float(ends[k])) for k in np.flatnonzero(steep))])
     while len(low) and looked <= MOST_POLES:
         allowed = np.maximum(LEAST * largest, BEYOND * np.fmax(np.abs(least), np.abs(most)))
@@ -114,10 +118,12 @@ def peaks_of(
         largest = max(largest, float(np.abs(found).max(initial=0.0)))
         beyond = np.fmax(found - most, least - found)
         for far in np.flatnonzero(beyond > np.maximum(allowed, LEAST * largest)):
-            share = AT_END if low[far] <= edges[0] or high[far] >= edges[-1] else BEYOND
+            share, above = BEYOND, float(beyond[far])
+            if low[far] <= edges[0] or high[far] >= edges[-1]:
+                share, above = AT_END, min(above, max(lowest - float(found[far]), float(found[far]) - highest))
             first, last = np.searchsorted(joints, [low[far], high[far]])
             piece = float(np.diff(joints[max(first - 1, 0) : last + 1]).min(initial=TURN))
-            if high[far] - low[far] < min(RESOLVED, OF_PIECE * piece) and beyond[far] > share * largest:
+            if high[far] - low[far] < min(RESOLVED, OF_PIECE * piece) and above > share * largest:
                 narrow = max(narrow, (abs(float(found[far])), float(middle[far])))
             elif first == last:  # else a panel ends there anyhow
                 peaks += [low[far], middle[far], high[far]]

@@ -164,6 +164,22 @@ def test_a_peak_that_hangs_on_the_motion_is_found(expression: str, size: float, 
     assert 0.97 * size < peak < 1.5 * size
 
 
+@pytest.mark.parametrize("law", ["simple-harmonic", "parabolic", "3-4-5"])
+@pytest.mark.parametrize("rise", [0.03, 1.0, 100.0])
+@pytest.mark.parametrize("expression", ["12*tanh(v)", "12*tanh(v/5)", "2*sqrt(abs(v))", "0.01*a", "12*v/(1+abs(v))"])
+@pytest.mark.parametrize("whole", [True, False])
+def test_friction_that_soon_has_its_value_is_no_pole_at_an_end(
+    law: str, rise: float, expression: str, whole: bool
+) -> None:
+    """An end where it is as small as elsewhere, or as outside its range, was told as a peak of 0.08 N."""
+    data: dict[str, Any] = read_data(PROFILES / "disc_offset_roller.toml")
+    motion = ({"until": rise, "to": 0.2 * rise, "law": law}, {"until": 150.0},
+              {"until": 250.0, "to": 0.0, "law": law}, {"until": 360.0})  # fmt: skip
+    force = {"from": 0.0, "until": 360.0 if whole else rise, "expression": expression}
+    changed = {**data, "motion": motion, "operation": {**data["operation"], "speed": 3000.0, "force": (force,)}}
+    assert np.isfinite(camgeom.read(changed).load.sampled().force).all()
+
+
 @pytest.mark.parametrize("start", [100.1, 100.15, 100.28, 100.4, 100.6, 300.05])
 @pytest.mark.parametrize(
     ("expression", "told"),

@@ -19,6 +19,7 @@ import numpy as np
 
 from camgeom.design.batch.judged import judged
 from camgeom.design.batch.variants import Batch, refused_keys, value_of
+from camgeom.errors import ProfileError
 from camgeom.maths import Floats
 
 if TYPE_CHECKING:
@@ -88,7 +89,10 @@ def _restless(profile: Profile) -> str | None:
             "operation.force: hangs on the motion otherwise than as a polynomial (numbers times products of up to "
             "three of s, v, a, abs(v)), so that its jumps and peaks may lie anywhere"
         )
-    breaks = {angle for force in forces for angle in force.breaks}
+    try:
+        breaks = {angle for force in forces for angle in force.anywhere}
+    except ProfileError:
+        return "operation.force: has peaks beside what hangs on the motion that are too narrow"
     many = len(force_cuts(profile)) - len(breaks)
     return f"operation.force: turns so often that more than {MOST_CUTS} pieces follow it" if many > MOST_CUTS else None
 

@@ -187,7 +187,7 @@ def force_cuts(profile: Profile) -> tuple[float, ...]:
     forces = tuple(force.applied() for force in operation.force) if operation is not None else ()
     if operation is None or not forces:
         return ()
-    breaks = sorted({angle for force in forces for angle in force.breaks})
+    breaks = sorted({angle for force in forces for angle in force.anywhere})
     program, omega = profile.setup().program, operation.speed * TURN / 60.0
 
     def value(theta: Floats) -> Floats:
