@@ -95,6 +95,7 @@ def peaks_of(
     least, most = (f(known_by[:-1], known_by[1:]) for f in (np.fmin, np.fmax))
     low, high, largest = edges[:-1], edges[1:], float(np.fmax.reduce(np.abs(known_by), initial=0.0))
     looked, narrow, peaks = -len(low), (0.0, 0.0), _alone(edges, seen, BEYOND * largest)
+    joined = at(joints + np.array([[-POINT], [POINT]]) * ASIDE)
     # An end that falls to a value that there is elsewhere, or to the nothing beside its range, hides no more than that.
     some = np.r_[known_by, [] if length > TURN - POINT else 0.0]
     lowest, highest = float(np.fmin.reduce(some)), float(np.fmax.reduce(some))
@@ -125,7 +126,7 @@ def peaks_of(
             piece = float(np.diff(joints[max(first - 1, 0) : last + 1]).min(initial=TURN))
             if high[far] - low[far] < min(RESOLVED, OF_PIECE * piece) and above > share * largest:
                 narrow = max(narrow, (abs(float(found[far])), float(middle[far])))
-            elif first == last:  # else a panel ends there anyhow
+            elif not _between(float(found[far]), joined[:, first:last], float(allowed[far])):
                 peaks += [low[far], middle[far], high[far]]
         least, most = np.fmin(least, found), np.fmax(most, found)
         low, high, least, most = np.r_[low, middle], np.r_[middle, high], np.r_[least, least], np.r_[most, most]
@@ -133,6 +134,13 @@ def peaks_of(
         what = f"has a pole, or a peak narrower than {math.degrees(RESOLVED):.2g} deg, at cam angle"
         _refuse(value, f"{what} {_shown(narrow[1])} deg, where it reaches {narrow[0]:.4g}")
     return tuple(sorted({float(x) if x <= TURN else float(x) - TURN for x in peaks}))
+
+
+def _between(value: float, known: Floats, allowed: float) -> bool:
+    """Whether a value is no more than what is known of places where panels end anyhow."""
+    if not known.size:
+        return False
+    return bool(np.fmin.reduce(known, None) - allowed <= value <= np.fmax.reduce(known, None) + allowed)
 
 
 def _within(joints: Floats) -> Floats:
