@@ -84,7 +84,7 @@ def peaks_of(
 
     count = max(2, math.ceil(length / SEEN))
     edges = begin + length * (np.arange(count) + ASIDE) / count
-    joints = np.unique(np.r_[begin, begin + np.mod(np.asarray(knots, dtype=np.float64) - begin, TURN)])
+    joints = distinct(np.r_[begin, begin + np.mod(np.asarray(knots, dtype=np.float64) - begin, TURN)])
     joints = np.r_[joints[joints < begin + length], begin + length]
     edges = np.r_[begin + INSIDE * length, edges, _within(joints), begin + (1.0 - INSIDE) * length]
     edges = distinct(np.r_[edges, [TURN] if begin < TURN < begin + length else []])
