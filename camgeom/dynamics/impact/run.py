@@ -451,7 +451,8 @@ def solve(
 
     `start` is the deviation and its rate [m, m/s or rad, rad/s]; by default the follower rests in the middle of the
     play. `rtol` is relative to the play plus the static deflection, and to the larger of the free-flight speed and the
-    speed at hand. Raises NotConverged, with more than `most` steps too where that is given, ProfileError.
+    speed at hand. Raises NotConverged, with more than `most` steps too where that is given, and where a roller sinks
+    deeper than `DEEPEST` of its radius (a flat face has none), ProfileError.
     """
     end = start_angle + TURN * turns if end_angle is None else end_angle
     machine, recorded = walk(problem, start_angle, end, start, rtol, most)

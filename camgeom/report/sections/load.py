@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import degrees, isfinite, isnan, nan, pi
+from math import degrees, isfinite, pi
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -379,26 +379,30 @@ def held(kept: Kept | None) -> Text:
     """A sentence on what keeps the follower at the cam, and how far that holds."""
     if kept is None:
         return Text(("The cam drives its follower both ways; where the force changes sign the play is taken up.",))
-    rpm = nan if kept.leaving_speed is None else kept.leaving_speed * 30.0 / pi
-    reach = f"up to {number(rpm)} r/min" if isfinite(rpm) else "at this speed" if isnan(rpm) else "at any speed"
+    speed = kept.leaving_speed
+    if speed is None:
+        reach = "at this speed" if kept.least.value >= 0.0 else "at speeds that are not known"
+    elif speed == 0.0:
+        reach = "at no speed"
+    else:
+        reach = f"up to {number(speed * 30.0 / pi)} r/min" if isfinite(speed) else "at any speed"
     if kept.least.value >= 0.0:
         return Text((f"Spring and load keep the follower at the cam {reach}.",))
     ranges = ", ".join(f"{number(degrees(one.begin))}° to {number(degrees(one.end))}°" for one in kept.lost)
-    if rpm == 0.0 or isnan(rpm):
-        reach = "at no speed" if rpm == 0.0 else "at speeds that are not known"
-    reach = f"it holds {reach}"
-    return Text((f"The follower leaves the cam from {ranges}: contact would need a pull there; {reach}.",))
+    return Text((f"The follower leaves the cam from {ranges}: contact would need a pull there; it holds {reach}.",))
 
 
 def kept_rows(kept: Kept | None) -> list[tuple[Cell, ...]]:
     """What keeps the follower at its cam, in numbers."""
     if kept is None:
         return []
-    rpm, least = nan if kept.leaving_speed is None else kept.leaving_speed * 30.0 / pi, kept.least
-    above = rpm if isfinite(rpm) else "not known: forces that hang on the speed" if isnan(rpm) else "no speed"
+    speed, least = kept.leaving_speed, kept.least
+    above: tuple[Cell, Cell] = "not known: forces that hang on the speed" if speed is None else "no speed", ""
+    if speed is not None and isfinite(speed):
+        above = speed * 30.0 / pi, "r/min"
     return [
         ("Least contact force", least.value, "N", degrees(least.cam_angle) % 360.0),
-        ("Contact is lost above", above, "r/min" if isfinite(rpm) else "", None),
+        ("Contact is lost above", *above, None),
         ("Preload that just keeps contact", kept.preload_needed, "N mm" if kept.load.rotating else "N", None),
     ]
 
