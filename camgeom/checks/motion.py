@@ -83,20 +83,22 @@ def velocity(model: Model) -> Iterable[Finding | NotJudged]:
         yield NotJudged("velocity", NO_OPERATION)
         return
     unit = "deg/s" if model.profile.rotating else "mm/s"
-    peaks = _peaks(model)
-    rigid = next(peaks)
+    every: list[Peak] = []
+    unsolved = None
     try:
-        every = [rigid, *peaks]
-    except NotConverged:
-        if limits.velocity is None or rigid[0] <= limits.velocity:
-            raise
-        # What is too fast without what a solver does not find is too fast.
-        yield _velocity(rigid, rigid, "<=", limits.velocity, unit, FASTER)
-        return
-    if limits.velocity is not None:
-        yield _velocity(max(every), rigid, "<=", limits.velocity, unit, FASTER)
-    if limits.least_velocity is not None:
-        yield _velocity(min(every), rigid, ">=", limits.least_velocity, unit, SLOWER)
+        for peak in _peaks(model):
+            every.append(peak)
+    except NotConverged as error:
+        unsolved = error
+    # What is too fast, or too slow, without what a solver does not find is so with it.
+    fast = limits.velocity is not None and max(every)[0] > limits.velocity
+    slow = limits.least_velocity is not None and min(every)[0] < limits.least_velocity
+    if unsolved is not None and not (fast or slow):
+        raise unsolved
+    if limits.velocity is not None and (fast or unsolved is None):
+        yield _velocity(max(every), every[0], "<=", limits.velocity, unit, FASTER)
+    if limits.least_velocity is not None and (slow or unsolved is None):
+        yield _velocity(min(every), every[0], ">=", limits.least_velocity, unit, SLOWER)
 
 
 def _velocity(peak: Peak, rigid: Peak, comparison: Comparison, limit: float, unit: str, advice: str) -> Finding:

@@ -24,7 +24,7 @@ from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import Panels, panels, resolved
-from camgeom.mechanics.enclosure import narrow_peaks, peaks_of
+from camgeom.mechanics.enclosure import OF_ROUNDING, narrow_peaks, peaks_of
 from camgeom.track import TURN
 
 Interpolation = Literal["linear", "smooth"]
@@ -165,7 +165,8 @@ def _peaks(value: Expression, begin: float, length: float, program: Hashable, om
 
 @lru_cache(64)
 def _peaks_at_rest(value: Expression, begin: float, length: float) -> tuple[float, ...]:
-    return peaks_of(value, begin, length, lambda angle: [np.zeros_like(angle)] * 3)
+    # What the motion adds at rest may be far beyond what it does anywhere, and hides none.
+    return peaks_of(value, begin, length, lambda angle: [np.zeros_like(angle)] * 3, of_largest=OF_ROUNDING)
 
 
 def expression_force(text: str, begin: float, until: float, key: str = "operation.force") -> Applied:

@@ -28,19 +28,25 @@ SEEN = math.radians(0.5)
 """rad between angles at which a force is looked at anyhow"""
 RESOLVED = 1e-4
 """rad, a quarter of the narrowest panel that a force is resolved on: a peak that shows in no wider range is not"""
-POINT = 1e-6
-"""rad, of which the halves are not looked into: nearer to 0 / 0 values are rounding"""
-BEYOND, LEAST = 0.05, 0.002
-"""shares of the force round about, and of the largest, by which a peak rises above what is seen there"""
+POINT, JUMP = 1e-6, 1e-9
+"""rad, of which the halves are not looked into: nearer to 0 / 0 values are rounding; within which a jump is placed"""
+BEYOND = 0.05
+"""share of the largest force by which a peak that is too narrow to be resolved rises above what is seen there"""
+LEAST, OF_LARGEST, OF_ROUNDING = 0.002, 1e-4, 1e-9
+"""shares of the range over which the force varies, and of the largest force, by which a peak or a jump is one: a
+constant beside it hides none, as the least contact force may be a small rest of large ones; and what rounding makes"""
 AT_END = 0.5
 """the same at an end of the range, where a force may rise steeply up to it, and panels become as narrow"""
+GOES_ON = 2.0 / 3.0
+"""share of the step before by which it may rise further up to an end, which is no further away"""
 PIECE, OF_PIECE = 16, 1.0 / 256.0
 """angles at which a piece of a motion is looked at, at least, and the share of it that is narrow: panels end at its
 ends, where it may kink"""
 ASIDE, INSIDE = 0.381966, 1e-7
 """of a step, so that no angle of a round number of degrees is looked at, where a pole may lie; of the range's ends"""
-MOST_RANGES, MOST_POLES = 50_000, 200_000
-"""looked into, after which those with a bound are left, and all: terms that cancel each other give wide ones"""
+MOST_RANGES, MOST_POLES, MOST_JUMPS = 50_000, 200_000, 5_000
+"""looked into, after which those with a bound are left, and all: terms that cancel each other give wide ones; ranges
+that are halved to place a jump"""
 Range = tuple[Floats, Floats]
 """least and largest values, (n,) each"""
 Motion = Callable[[Floats], Sequence[Floats]]
@@ -58,12 +64,14 @@ def narrow_peaks(value: Expression, begin: float, length: float) -> tuple[float,
 
 
 def peaks_of(
-    value: Expression, begin: float, length: float, motion: Motion | None, knots: Sequence[float] | Floats = ()
-) -> tuple[float, ...]:
+    value: Expression, begin: float, length: float, motion: Motion | None, knots: Sequence[float] | Floats = (),
+    of_largest: float = OF_LARGEST,
+) -> tuple[float, ...]:  # fmt: skip
     """The same of one that hangs on the motion too: within a range that is held to move by a quarter more than its ends
     and middle say.
 
-    knots  cam angles in [0, 2 pi], rad, between which the motion is of one piece, however short
+    knots       cam angles in [0, 2 pi], rad, between which the motion is of one piece, however short
+    of_largest  share of the largest force that is no peak
     """
 
     def known(angle: Floats) -> dict[str, Floats]:
@@ -88,13 +96,28 @@ def peaks_of(
     joints = np.r_[joints[joints < begin + length], begin + length]
     edges = np.r_[begin + INSIDE * length, edges, _within(joints), begin + (1.0 - INSIDE) * length]
     edges = distinct(np.r_[edges, [TURN] if begin < TURN < begin + length else []])
+    if len(edges) < 4:  # a range of no length
+        return ()
     seen = at(edges)
     # The ends are seen, but do not say what is beside them: a pole or half a peak may stand there.
     known_by = seen.copy()
     known_by[[0, -1]] = seen[[1, -2]]
     least, most = (f(known_by[:-1], known_by[1:]) for f in (np.fmin, np.fmax))
+    with np.errstate(invalid="ignore"):
+        goes_on = GOES_ON * np.nan_to_num(np.abs(seen[[1, -2]] - seen[[2, -3]]), nan=0.0, posinf=0.0)
+    least[[0, -1]], most[[0, -1]] = least[[0, -1]] - goes_on, most[[0, -1]] + goes_on
     low, high, largest = edges[:-1], edges[1:], float(np.fmax.reduce(np.abs(known_by), initial=0.0))
-    looked, narrow, peaks = -len(low), (0.0, 0.0), _alone(edges, seen, BEYOND * largest)
+    finite = known_by[np.isfinite(known_by)]
+    span = [float(finite.min()), float(finite.max())] if finite.size else [0.0, 0.0]
+
+    def small() -> float:
+        """What is no peak beside the values seen by now."""
+        return max(LEAST * (span[1] - span[0]), of_largest * largest)
+
+    looked, narrow, peaks = -len(low), (0.0, 0.0), _alone(edges, seen, small())
+    jumps = _jumps(at, edges, seen, small())
+    at_joint = np.searchsorted(joints, jumps + POINT) > np.searchsorted(joints, jumps - POINT)  # panels end there
+    peaks += [float(x) for x in jumps[~at_joint]]
     joined = at(joints + np.array([[-POINT], [POINT]]) * ASIDE)
     # An end that falls to a value that there is elsewhere, or to the nothing beside its range, hides no more than that.
     some = np.r_[known_by, [] if length > TURN - POINT else 0.0]
@@ -106,27 +129,29 @@ def peaks_of(
         steep = (np.abs(last - before) > much) & ~(np.abs(last - np.clip(last, lowest, highest)) <= much)
         narrow = max([narrow, *((abs(float(last[k])), float(ends[k])) for k in np.flatnonzero(steep))])
     while len(low) and looked <= MOST_POLES:
-        allowed = np.maximum(LEAST * largest, BEYOND * np.fmax(np.abs(least), np.abs(most)))
+        allowed = small()
         under, over = enclosed(value.steps, low, high, moved(low, high))
-        wide = ~((under >= least - allowed) & (over <= most + allowed)) & (high - low > POINT)
+        more = ~((under >= least - allowed) & (over <= most + allowed)) & (high - low > POINT)
         if (looked := looked + len(low)) > MOST_RANGES:
-            wide &= ~(np.isfinite(under) & np.isfinite(over))
-        low, high, least, most, allowed = low[wide], high[wide], least[wide], most[wide], allowed[wide]
+            more &= ~(np.isfinite(under) & np.isfinite(over))
+        low, high, least, most = low[more], high[more], least[more], most[more]
         middle = 0.5 * (low + high)
         found = at(middle)
         if len(none := np.flatnonzero(~np.isfinite(found))):
             _refuse(value, f"has no finite value at cam angle {_shown(middle[none[0]])} deg")
         largest = max(largest, float(np.abs(found).max(initial=0.0)))
+        span = [float(found.min(initial=span[0])), float(found.max(initial=span[1]))]
         beyond = np.fmax(found - most, least - found)
-        for far in np.flatnonzero(beyond > np.maximum(allowed, LEAST * largest)):
+        for far in np.flatnonzero(beyond > small()):
             share, above = BEYOND, float(beyond[far])
             if low[far] <= edges[0] or high[far] >= edges[-1]:
                 share, above = AT_END, min(above, max(lowest - float(found[far]), float(found[far]) - highest))
             first, last = np.searchsorted(joints, [low[far], high[far]])
             piece = float(np.diff(joints[max(first - 1, 0) : last + 1]).min(initial=TURN))
-            if high[far] - low[far] < min(RESOLVED, OF_PIECE * piece) and above > share * largest:
+            finest, wide = min(RESOLVED, OF_PIECE * piece), float(high[far] - low[far])
+            if wide < finest and above > share * largest:
                 narrow = max(narrow, (abs(float(found[far])), float(middle[far])))
-            elif not _between(float(found[far]), joined[:, first:last], float(allowed[far])):
+            elif wide > 0.25 * finest and not _between(float(found[far]), joined[:, first:last], allowed):
                 peaks += [low[far], middle[far], high[far]]
         least, most = np.fmin(least, found), np.fmax(most, found)
         low, high, least, most = np.r_[low, middle], np.r_[middle, high], np.r_[least, least], np.r_[most, most]
@@ -134,6 +159,29 @@ def peaks_of(
         what = f"has a pole, or a peak narrower than {math.degrees(RESOLVED):.2g} deg, at cam angle"
         _refuse(value, f"{what} {_shown(narrow[1])} deg, where it reaches {narrow[0]:.4g}")
     return tuple(sorted({float(x) if x <= TURN else float(x) - TURN for x in peaks}))
+
+
+def _jumps(at: Callable[[Floats], Floats], edges: Floats, seen: Floats, allowed: float) -> Floats:
+    """Angles at which a value jumps by more than is allowed: panels end there, else they swing beside them."""
+    low, high, before, after = edges[:-1], edges[1:], seen[:-1], seen[1:]
+    while True:
+        with np.errstate(invalid="ignore"):
+            much = np.abs(after - before) > allowed
+        low, high, before, after = low[much], high[much], before[much], after[much]
+        if not 0 < len(low) <= MOST_JUMPS or float((high - low).max()) < JUMP:
+            break
+        middle = 0.5 * (low + high)
+        found = at(middle)
+        low, high, before, after = np.r_[low, middle], np.r_[middle, high], np.r_[before, found], np.r_[found, after]
+    if len(low) > MOST_JUMPS:
+        return low[:0]
+    # Nearer to 0 / 0 than a point values are rounding, not what the force has beside it; sign(0) is neither of its.
+    place = 0.5 * (low + high)
+    further, left, right, beyond = at(place + POINT * np.array([[-2.0], [-1.0], [1.0], [2.0]]))
+    with np.errstate(invalid="ignore"):
+        jumps = np.abs(right - left) > allowed
+        jumps &= (np.abs(left - further) <= allowed) & (np.abs(beyond - right) <= allowed)
+    return np.asarray(place[jumps])
 
 
 def _between(value: float, known: Floats, allowed: float) -> bool:

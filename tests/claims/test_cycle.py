@@ -21,6 +21,10 @@ PEAK = 0.5 * pi / (140.0 / 180.0 * pi) * 30.0 * 2.0 * pi
 """mm/s, simple harmonic motion: pi h omega / (2 phi)"""
 
 
+ROCKER = 15.0 / 8.0 * 24.0 / 70.0 * 6.0 * 600.0
+"""deg/s, peak of a swing by 3-4-5: 15/8 of the mean velocity"""
+
+
 def found(check: str, text: str = RIGID, **limits: float) -> list[Finding]:
     told = "".join(f"{key} = {value!r}\n" for key, value in limits.items())
     return list(judge(camgeom.read(f"{text}\n[limits]\n{told}"), [check]).findings)
@@ -83,6 +87,24 @@ def test_the_solved_motion_is_judged_where_it_is_faster() -> None:
     assert finding.value > PEAK
     (least,) = found("velocity", whole, least_velocity=0.999 * PEAK)
     assert least.level == "pass"
+
+
+@pytest.mark.parametrize(
+    ("limits", "said"),
+    [({"least_velocity": 1.002 * ROCKER}, ["fail"]), ({"least_velocity": 0.999 * ROCKER}, []),
+     ({"velocity": 0.999 * ROCKER}, ["fail"]), ({"velocity": 1.002 * ROCKER}, []),
+     ({"velocity": 1.5 * ROCKER, "least_velocity": 1.002 * ROCKER}, ["fail"])],
+)  # fmt: skip
+def test_what_the_rigid_motion_breaks_fails_without_what_no_solver_finds(
+    limits: dict[str, float], said: list[str]
+) -> None:
+    """A roller that sinks into its cam took along that its rocker is half as fast as it has to be."""
+    text = (PROFILES / "conjugate_rocker.toml").read_text(encoding="utf-8")
+    text = text[: text.index("[impact]")] + '[impact]\nlaw = "power"\nstiffness = 5000\nexponent = 1.5\nturns = 3\n'
+    told = "".join(f"{key} = {value!r}\n" for key, value in limits.items())
+    verdict = judge(camgeom.read(f"{text}\n[limits]\n{told}"), ["velocity"])
+    assert [one.level for one in verdict.findings] == said
+    assert bool(said) or "sinks" in str(verdict.not_judged)
 
 
 def test_without_a_speed_it_is_told() -> None:

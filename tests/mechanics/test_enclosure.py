@@ -93,15 +93,62 @@ def test_a_narrow_peak_is_found(width: float, centre: float) -> None:
 
 @pytest.mark.parametrize(
     "expression",
-    ["sin(phi-1.6)/(phi-1.6)", "sign(phi-1.6)*30", "floor(10*phi)", "30*tanh(1e7*(phi-1.7))", "100*s+v", "40",
-     "1000*(1-cos(phi-1.57))/(phi-1.57)**2", "asin(sin(phi))",
+    ["sin(phi-1.6)/(phi-1.6)", "100*s+v", "40", "1000*(1-cos(phi-1.57))/(phi-1.57)**2",
      "12.1-0.3*deg+0.02*deg**2-3e-4*deg**3+2e-6*deg**4-6e-9*deg**5+6.1e-12*deg**6",
      "120 * sin(6 * (phi - 80 * pi / 180)) ** 2", "30*phi**7-200*phi**6+5*phi**3", "log(phi)", "exp(3*phi)"],
 )  # fmt: skip
 def test_what_is_bounded_is_left_as_it_is(expression: str) -> None:
-    """Jumps are, and a place of 0/0 beside which nothing grows; forces of the motion are not looked into."""
+    """So is a place of 0/0 beside which nothing grows; forces of the motion are not looked into."""
     assert peaks(expression, 80.0, 30.0) == ()
     assert np.isfinite(pressed(expression).load.sampled().force).all()
+
+
+@pytest.mark.parametrize(
+    ("expression", "places"),
+    [("sign(phi-1.6)*30", [1.6]), ("floor(10*phi)", [1.4, 1.5, 1.6, 1.7, 1.8, 1.9]), ("30*tanh(1e12*(phi-1.7))", [1.7]),
+     ("asin(sin(phi))", [0.5 * math.pi]), ("500-sign(phi-1.6)", [1.6])],
+)  # fmt: skip
+def test_panels_end_where_a_force_jumps_or_has_a_corner(expression: str, places: list[float]) -> None:
+    """Panels swung beside a jump: a step of 20 000 N was told with 22 598, and one of 500 N lost a contact that 15 N
+    kept."""
+    found = np.array(peaks(expression, 80.0, 30.0))
+    assert all(np.abs(found - place).min() < 5e-3 for place in places), found
+    assert all(np.abs(np.array(places) - one).min() < 0.01 for one in found), found
+    force, value = pressed(expression).load, compile_expression(expression)
+    beside = np.array([place + 1e-7 * side for place in places for side in (-1.0, 1.0)])
+    sampled, free = force.sampled(), pressed("0").load.sampled()
+    change = sampled.panels.at(sampled.force, beside) - free.panels.at(free.force, beside)
+    assert change == pytest.approx(value(beside), abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("pulse", "size"),
+    [("-500-24.5*max(0,sign(deg-{0}))*max(0,sign({0}+0.33-deg))", 24.5), ("-9900-400*exp(-((deg-{0})/0.02)**2)", 400.0),
+     ("-9900-19*exp(-((deg-{0})/0.02)**2)", 19.0), ("(20-s)**3-390*exp(-((deg-{0})/0.02)**2)", 390.0),
+     ("-500-0.3*max(0,1-abs(deg-{0})/0.1)", 0.3)],
+)  # fmt: skip
+@pytest.mark.parametrize("place", [330.05, 330.31, 330.62])
+def test_a_pulse_beside_a_constant_however_large_is_found(pulse: str, size: float, place: float) -> None:
+    """Up to a twentieth of what one expression gives there was left: -9.5 N at the contact passed as 10, as large
+    forces held each other."""
+    text = pulse.format(place)
+    data: dict[str, Any] = read_data(PROFILES / "disc_offset_roller.toml")
+    force = {"from": 320.0, "until": 340.0}
+
+    def least(expression: str) -> float:
+        operation = {**data["operation"], "force": ({**force, "expression": expression},)}
+        sampled = camgeom.read({**data, "operation": operation}).load.sampled()
+        within = np.abs(np.degrees(sampled.panels.theta) - 330.0) < 9.0
+        return float(sampled.force[within].min())
+
+    without = text[: text.rindex("-", 0, text.index("max(" if "max(" in text else "exp("))]
+    assert least(without) - least(text) == pytest.approx(size, rel=0.02, abs=0.02)
+
+
+@pytest.mark.parametrize("text", ["1/(phi-1.8)", "sign(deg-50)", "5*exp(-((deg-100)/0.01)**2)"])
+@pytest.mark.parametrize("end", [math.nextafter(100.0, 200.0), 100.00000000000001, 100.0000000000001, 100.000001])
+def test_a_range_of_hardly_any_length_has_no_peak(text: str, end: float) -> None:
+    assert peaks(text, 100.0, end - 100.0) == ()
 
 
 @pytest.mark.parametrize("expression", ["1000*exp(30*(deg-110))", "1000*exp(30*(80-deg))", "tan(phi-0.4)"])
