@@ -292,6 +292,11 @@ class TurretDuty(Duty):
         each = held.line_load, slices.preload + slices.lever * held.angle[:, None]
         return np.stack([np.moveaxis(one.reshape(shape), 0, 1) for one in each])
 
+    @property
+    def torque_line_load(self) -> float:
+        """Of one roller that takes the largest torque at its middle, N/mm."""
+        return self._most_torque / (float(np.abs(self._middles).min()) * self._length)
+
     def _drop(self, beside: Engagement) -> Floats:
         """Gap of the slices' middles by crown, run-out and tilt, mm, (2, n, k, m)."""
         if self.level == "line":

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from math import sqrt
+from math import log10, sqrt
 from typing import TYPE_CHECKING, final
 
 from camgeom.errors import CamgeomError, NotConverged
@@ -18,6 +18,7 @@ from camgeom.maths.frozen import TWIN
 
 if TYPE_CHECKING:
     from camgeom.mechanics.roller_duty import RollerDuty
+    from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.model import Model
     from camgeom.model.body import Body
 
@@ -37,6 +38,9 @@ AN_END = 1.25
 ON_HALF_SPACE, TURRETS = 0.9, 5.5
 """of a roller's contact on a half-space over the turn, which one that is tilted has square too, and of a turret's, both
 (measured 0.03 to 0.85, and 3 to 5)"""
+TILTED, FULL, LIGHTER, LIGHTEST = 1.5, 50.0, 0.35, 6.0
+"""times as much of a tilted turret (measured 1.2 to 1.5), and more by a share for every decade of the load per length,
+N/mm, below a full one (measured 1.6, 2.3 and 2.6 times two, four and six decades below), so many at most"""
 TURRETS_VIBRATE = 14.0
 """of a turret's in its steady state and from rest (measured 9 to 12, and 0.7 GB)"""
 A_CROWN = 0.3
@@ -203,16 +207,25 @@ def _loads(first: Model) -> Price:
 
 
 def _half_space(first: Model) -> Price:
-    rollers, turrets = 0, 0
+    count, seconds = 0, 0.0
     for one in _each(first):
         with suppress(CamgeomError):  # without a contact there is none on a half-space either
             if (turret := one.turret_duty) is not None:
-                turrets += turret.level == "finite"
+                if turret.level == "finite":
+                    count, seconds = count + 1, seconds + TURRETS * _harder(turret)
             else:
-                rollers += sum(_poses(duty) for duty in one.duties if duty.level == "finite")
-    seconds, count = ON_HALF_SPACE * rollers + TURRETS * turrets, rollers + turrets
+                poses = sum(_poses(duty) for duty in one.duties if duty.level == "finite")
+                count, seconds = count + poses, seconds + ON_HALF_SPACE * poses
     what = f"contacts on a half-space, of rollers in operating states whose ends, tilt or crowns ask for it ({count}),"
     return Price(what, count, seconds / max(count, 1), "of them", "fewer of [[duty]]")
+
+
+def _harder(turret: TurretDuty) -> float:
+    """How many times as long as an ordinary one a turret takes."""
+    load = turret.torque_line_load
+    decades = min(max(log10(FULL / load), 0.0), LIGHTEST) if load > 0.0 else LIGHTEST
+    light = 0.0 if turret.preload > 0.0 else LIGHTER * decades
+    return (1.0 + light) * (1.0 if turret.squared is None else TILTED)
 
 
 def _poses(duty: RollerDuty) -> int:

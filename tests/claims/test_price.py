@@ -107,7 +107,6 @@ def test_what_advice_leaves_is_paid() -> None:
 
 
 @pytest.mark.usefixtures("unsolved")
-@pytest.mark.usefixtures("unsolved")
 @pytest.mark.parametrize(("turns", "held"), [(50, True), (51, False)])
 def test_what_memory_refuses_is_not_paid(turns: int, held: bool) -> None:
     """Roots and the body were refused beside 40 s of impacts that never began."""
@@ -165,7 +164,7 @@ DRIVE = {"kind": "indexing", "input_stiffness": 1.9e5, "output_stiffness": 3.5e5
          "load_inertia": 1.0}  # fmt: skip
 
 
-@pytest.mark.parametrize(("states", "told"), [(9, ""), (10, r"\(10\), would take about 55 s .* at most 9 of them")])
+@pytest.mark.parametrize(("states", "told"), [(6, ""), (7, r"\(7\), would take about 57.8 s .* at most 6 of them")])
 def test_contacts_on_a_half_space_are_paid_in_every_state(states: int, told: str) -> None:
     """64 states of an indexer with leaning rollers took more than 190 s of a processor, priced at 3."""
     model = many("fine_indexer", states, leaning())
@@ -180,7 +179,27 @@ def test_contacts_on_a_half_space_are_paid_in_every_state(states: int, told: str
         _ = duty.least_peak
 
 
-@pytest.mark.parametrize(("states", "told"), [(2, ""), (3, "about 43 s of one core beside .* 16.5 s of contacts on")])
+@pytest.mark.parametrize(("share", "states", "told"), [
+    (1.0, 6, ""), (1e-3, 3, ""), (1e-3, 4, "at most 3 of them"), (1e-9, 1, ""), (1e-9, 2, "would take about 51.1 s"),
+])  # fmt: skip
+def test_what_hardly_presses_is_paid_as_what_it_takes(share: float, states: int, told: str) -> None:
+    """Three states of a turret of 0.006 kg m2 without load, whose rollers lean, took 60 s of a processor (seed
+    1380765), priced at 16.5: cells of a contact that is as narrow take more steps."""
+
+    def light(data: dict[str, Any]) -> None:
+        leaning()(data)
+        data["follower"]["inertia"] *= share
+        data["operation"] = {"speed": data["operation"]["speed"]}
+
+    model = many("fine_indexer", states, light)
+    if not told:
+        afford(model.body, HALF_SPACE)
+        return
+    with pytest.raises(NotConverged, match=told):
+        afford(model.body, HALF_SPACE)
+
+
+@pytest.mark.parametrize(("states", "told"), [(2, ""), (3, "about 43 s of one core beside .* 24.8 s of contacts on")])
 def test_contacts_on_a_half_space_under_vibration_are_paid(states: int, told: str) -> None:
     """Four states held 3.1 GB, 64 of them 21.8 GB."""
     model = many("fine_indexer", states, leaning(dynamics=DRIVE))
@@ -202,7 +221,7 @@ def test_leaning_rollers_of_all_followers_are_paid(states: int, told: str) -> No
         _ = model.states[0].duty.least_peak
 
 
-@pytest.mark.parametrize(("searched", "told"), [(44.4, ""), (44.5, "about 5.5 s .* beside 44.5 s of best laws")])
+@pytest.mark.parametrize(("searched", "told"), [(41.7, ""), (41.8, "about 8.25 s .* beside 41.8 s of best laws")])
 def test_best_laws_are_paid_by_what_their_search_has_cost(
     searched: float, told: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
