@@ -64,10 +64,14 @@ def _of_drive(profile: Profile, spec: DynamicsSpec, mechanism: Mechanism) -> Ite
         yield Problem("dynamics.method", f"solves linear drives, and {key} makes this one non-linear", spec.method,
                       "auto, gauss1 to gauss8, radau2, radau3, radau5")  # fmt: skip
     if spec.sweep is not None:
-        for index, force in enumerate(operation.force):
-            if force.hangs_on_speed:
-                yield Problem(f"operation.force[{index}].expression", "hangs on v or a: in dynamics.sweep it would be "
-                              "that of one speed", force.expression, "phi, deg and s", "or leave dynamics.sweep out")
+        of_states = [(f"duty[{index}]", state.force) for index, state in enumerate(profile.operating_states)]
+        of_stations = [(f"station[{index}]", station.force) for index, station in enumerate(profile.stations)]
+        for place, forces in [("operation", operation.force), *of_states, *of_stations]:
+            for index, force in enumerate(forces or ()):
+                if force.hangs_on_speed:
+                    what = "hangs on v or a: in dynamics.sweep it would be that of one speed"
+                    yield Problem(f"{place}.force[{index}].expression", what, force.expression, "phi, deg and s",
+                                  "or leave dynamics.sweep out")  # fmt: skip
     if spec.body_compliance and (reason := _not_meshed(mechanism)):
         yield Problem("dynamics.body_compliance", reason, True, "false")
     yield from (_of_indexing if turret else _of_follower)(profile, spec, mechanism)

@@ -54,6 +54,11 @@ TWO = [
          "operation.force": ({**FORCE, "expression": "2 + v"},)},
         {"dynamics.sweep": (100.0, 200.0), "dynamics.sweep_points": 2,
          "operation.force": ({**FORCE, "expression": "2 + s"},)}),
+    Two("disc, elastic", "duty[1].force[0].expression",
+        {"dynamics.sweep": (100.0, 200.0), "dynamics.sweep_points": 2,
+         "duty": ({"share": 0.5}, {"share": 0.5, "force": ({**FORCE, "expression": "2 + v"},)})},
+        {"dynamics.sweep": (100.0, 200.0), "dynamics.sweep_points": 2,
+         "duty": ({"share": 0.5}, {"share": 0.5, "force": ({**FORCE, "expression": "2 + s"},)})}),
     Two("drum, impact", "operation.guide_friction", {"operation.guide_friction": 0.05}, {}),
     Two("drum, impact", "impact.clearance", {"impact.clearance": None, "cam.running_clearance": None},
         {"impact.clearance": None, "cam.running_clearance": 0.02}),
@@ -92,6 +97,9 @@ STATIONS = [
      {"guide_friction": 0.05}, {"guide_friction": 0.0}, "station[1].guide_friction"),
     ("disc, elastic", {"dynamics.tappet_mass": 0.3}, {"mass": 0.29}, {"mass": 0.31}, "dynamics.tappet_mass"),
     ("disc, elastic", {"dynamics.mass": 0.5}, {"mass": 0.6}, {"mass": 0.5}, "dynamics.mass"),
+    ("disc, elastic", {"dynamics.sweep": (100.0, 200.0), "dynamics.sweep_points": 2},
+     {"force": ({**FORCE, "expression": "2 + v"},)}, {"force": ({**FORCE, "expression": "2 + s"},)},
+     "station[1].force[0].expression"),
     ("drum, impact", {}, {"guide_friction": 0.05}, {"guide_friction": 0.0}, "station[1].guide_friction"),
 ]  # fmt: skip
 
