@@ -499,7 +499,7 @@ def test_applied_forces_are_followed_however_narrow(name: str, kind: str) -> Non
 
 
 def test_a_force_that_turns_too_often_is_the_models() -> None:
-    profile = from_data(pushed("disc", {"expression": "-60*abs(sin(9*phi)+0.5)"}))
+    profile = from_data(pushed("disc", {"expression": "-60*abs(sin(20*phi)+0.5)"}))
     assert "turns so often" in str(supports(profile, ["operation.speed"]))
 
 

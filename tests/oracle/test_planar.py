@@ -78,8 +78,7 @@ def test_the_speed_at_which_contact_is_lost_under_forces_that_hang_on_it(
         assert blown(expression, 20.0 * speed, mass).drive.kept.least.value >= 0.0
         return
     assert (rpm > speed) == holds
-    # A force that jumps is known to its panels beside the jump.
-    for factor in (0.99, 1.01) if "floor" in expression else (0.999, 1.002):
+    for factor in (0.999, 1.002):
         assert (blown(expression, factor * rpm, mass).drive.kept.least.value >= 0.0) == (factor < 1.0)
 
 
@@ -88,7 +87,7 @@ def test_a_follower_that_leaves_fails_whatever_is_known_of_other_speeds(monkeypa
     model = blown("50*floor(v/200)", 500.0, 9.0)
     (finding,) = findings(model, ["contact-kept"])
     assert finding.level == "fail"
-    assert finding.value == pytest.approx(-401.0, abs=1.0)
+    assert finding.value == pytest.approx(-393.697, abs=0.01)
     # One whose force has no value at other speeds.
     model = blown("-100-100*sqrt(1-(v/1600)**2)", 500.0)
     assert model.drive.kept.leaving_speed is None
