@@ -115,6 +115,10 @@ RESULTS = {
 """names of result fields with their units; 0 away from the flanks"""
 
 
+MOST_COLOURED = 1_500_000
+"""vertices at which results are found, some 14 us each"""
+
+
 def _coloured(model: Model) -> list[NamedMesh]:
     """The bodies with the results on their flanks; a planar cam's with rows where its roller's pressure changes.
 
@@ -125,6 +129,9 @@ def _coloured(model: Model) -> list[NamedMesh]:
 
     rows = pressed_rows(model)
     meshes = [(solid.name, rowed(solid.mesh, rows, "flank")) for solid in model.body.gridded]
+    if (count := sum(len(mesh.vertices) for _, mesh in meshes)) > MOST_COLOURED:
+        what = f"results would be found at {count} vertices, more than {MOST_COLOURED}"
+        raise NotConverged(f"{what}: ask for a coarser tolerance, or for a format without result fields")
     found = [fields(model, mesh) for _, mesh in meshes]
     named = {RESULTS[key]: key for key in found[0] if all(key in each for each in found)}
     bodies = [

@@ -29,6 +29,7 @@ from camgeom.model import Model
 from camgeom.motion.own import load_laws
 from camgeom.profile import from_data, parse, read, read_data
 from camgeom.reading import MAX_LINE, lines_of, read_bytes
+from camgeom.report.files import write
 from camgeom.report.result import compute
 from tests.places import PROFILES
 
@@ -463,3 +464,19 @@ def test_pieces_of_all_tracks_count_together() -> None:
     many = tuple({"angle": 60.0 * k} for k in range(1, 5))
     with pytest.raises(ProfileError, match=r"motion: too many pieces .*, of all tracks \(found 4500\).*at most 3000"):
         from_data({**shared, "track": many})
+
+
+@pytest.mark.parametrize(("most", "told"), [(1.0, False), (0.99, True)])
+def test_results_are_found_at_so_many_vertices_at_most(
+    most: float, told: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Both discs of a pair at 1e-6 mm had 4 000 000, which took 40 s of a processor (seed 1391402)."""
+    model, path = Model(read(PROFILES / "conjugate_rocker.toml")), tmp_path / "cam.vtu"
+    write(model, path)
+    count = int(path.read_bytes().split(b'NumberOfPoints="')[1].split(b'"')[0])
+    monkeypatch.setattr("camgeom.report.files.MOST_COLOURED", int(most * count))
+    if not told:
+        write(model, path)
+        return
+    with pytest.raises(NotConverged, match=f"found at {count} vertices, more than .* a coarser tolerance"):
+        write(model, path)
